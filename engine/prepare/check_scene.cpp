@@ -165,6 +165,7 @@ void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
     if (instrument.inside != kNoIndex) check.index(key + ".inside", instrument.inside, i, "instrument before it,");
     check_place(scene, key + ".entry", instrument.entry, check);
     check.keys<InstrumentKeys>(key, instrument);
+    if (instrument.tip_load) check_rows(key + ".tip_load.over", instrument.tip_load->over, check);
     double last = -kNoLimit;
     for (const PathPoint& point : instrument.path) {
         check.number(key + ".path", point.time, last, kNoLimit);

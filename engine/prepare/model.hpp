@@ -90,6 +90,8 @@ struct InstrumentModel {
     bool self_contact = false;         // meets itself, where the scene has that effect: an implicit rod alone
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
+    Vec3 tip_force = Vec3::Zero();     // N, with the effect loads
+    std::vector<LoadRow> tip_over;     // its factor over time; empty: 1
     DriveLimits limits;
     std::vector<DriveRow> path;                 // followed; with a route too that only measures
     std::optional<Route> route;                 // at rest

@@ -87,6 +87,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && spec.inside == kNoIndex; // unless a wire runs in it
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
+    if (spec.tip_load && scene.effects.loads) model.tip_force = spec.tip_load->force, model.tip_over = spec.tip_load->over;
     model.limits = spec.limits;
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
     if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;

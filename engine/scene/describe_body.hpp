@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/repair.hpp"
-#include "engine/scene/described.hpp"
+#include "engine/scene/describe_place.hpp"
 #include "engine/scene/presets.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/scene.hpp"
@@ -288,10 +288,6 @@ struct SphereRegionKeys {
 };
 static_assert(describes_all<DirectionRegionKeys, BoxRegionKeys, BallKeys>);
 
-/// Rows of a time and a number.
-[[nodiscard]] inline ValueSpec rows_over_time(Column value) {
-    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)}, std::move(value)}, 1, 1000000);
-}
 [[nodiscard]] inline ValueSpec displacement_rows() {
     return rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
                        {"x", Dimension::Length, coordinate()},

@@ -77,6 +77,19 @@ static_assert(describes_all<FollowKeys>);
                       file});
 }
 
+struct TipLoadKeys {
+    using Struct = TipLoad;
+    static auto of(auto& s) {
+        return described({"tip_load", "A force on the tip, with the effect loads."},
+                         key(s.force, vector_field("force", Dimension::Force, between(-1e3, 1e3), "It does not turn with the tip.").required()),
+                         custom_key(value_field("over", rows_over_time({"factor", Dimension::None, between(-1e6, 1e6)}),
+                                                "Factor over time, linear between rows, held before the first and after the last; 1 when "
+                                                "absent."),
+                                    read_over, s.over));
+    }
+};
+static_assert(describes_all<TipLoadKeys>);
+
 struct InstrumentKeys {
     using Struct = SceneInstrument;
     static auto of(auto& s) {
@@ -141,6 +154,7 @@ struct InstrumentKeys {
                                 .default_in_doc()),
             object_key<LimitKeys>(
                 s.limits, object_field("limits", table_of<LimitKeys>(), "Of the drive commands: 35 mm/s and 3.14 rad/s when absent.")),
+            object_key<TipLoadKeys>(s.tip_load, object_field("tip_load", table_of<TipLoadKeys>(), "A force on the tip; none when absent.")),
             custom_key(value_field("path", path_value(),
                                    "Drive commands: rows [t, insertion, rotation], or the name of a CSV file with such rows "
                                    "in the scene's units. A file may move several instruments: its header then names them, as in "

@@ -44,4 +44,9 @@ struct TargetPositionKeys {
     return any_value({object_value(table_of<LandmarkKeys>()), object_value(table_of<TargetPositionKeys>())});
 }
 
+/// Rows of a time and a number.
+[[nodiscard]] inline ValueSpec rows_over_time(Column value) {
+    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)}, std::move(value)}, 1, 1000000);
+}
+
 } // namespace trocar::engine

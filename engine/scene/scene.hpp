@@ -165,6 +165,12 @@ struct FollowSpec {
 /// How an instrument is computed: the implicit rod, or the mass-spring chain of Govindaraju et al. 2005.
 enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
 
+/// With the effect loads.
+struct TipLoad {
+    Vec3 force = Vec3::Zero(); // N
+    std::vector<LoadRow> over; // factor; 1 when empty
+};
+
 struct SceneInstrument {
     std::string name;
     InstrumentKind kind = InstrumentKind::Rod;
@@ -178,6 +184,7 @@ struct SceneInstrument {
     Index lumen = kNoIndex; // hollow body it is inside of
     double inserted = 0.0;  // m beyond the entry at t = 0
     DriveLimits limits;
+    std::optional<TipLoad> tip_load;
     std::vector<PathPoint> path;      // empty: none
     std::filesystem::path path_file;  // the CSV it came from, if any
     std::optional<FollowSpec> follow; // with a path of `run --path`: what the tip is measured against

@@ -52,6 +52,40 @@ std::uint64_t count_of(const StepReport& report, const char* name) { return repo
 
 } // namespace
 
+/// A rod of 0.5 mm, 1 GPa, 50 mm of it in a tube that it nowhere reaches; more: further keys of the rod.
+static std::string rod_scene(const std::string& more, const std::string& effects = R"("coarse_contact", "exact_contact", "loads")") {
+    return fmt::format(R"({{
+    "units": {{"length": "mm", "pressure": "MPa"}}, "time": {{"step": 0.005, "duration": 2}}, "budget": "exact",
+    "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "sides": 16,
+        "axis": [[0, 0, -5, 20], [0, 0, 30, 20], [0, 0, 60, 20], [0, 0, 90, 20]]}}}}}},
+    "instruments": {{"rod": {{"length": 120, "radius": 0.5, "young_modulus": 1000, "density": 1100, "segment": 2.5, "skin_triangles": 2000, "drag": 100,
+        "tip": {{"shape": "straight"}}, "inserted": 50, "friction": 0, "lumen": "tube", "entry": {{"position": [0, 0, 0], "direction": [0, 0, 1]}},
+        "path": [[0, 50, 0], [10, 50, 0]]{}}}}},
+    "effects": [{}]
+}})",
+                       more, effects);
+}
+
+TEST(Loads, AForceOnATipBendsItsRodAsACantileverForAsLongAsItActs) {
+    const PreparedScene prepared = test::prepare(rod_scene(R"(, "tip_load": {"force": [0, 0.001, 0], "over": [[0, 1], [1, 1], [1.01, 0]]})"));
+    Simulator simulator = run(prepared, 200);
+    const double stiffness = 1e9 * 3.14159265 * std::pow(0.5e-3, 4) / 4.0;
+    const double bent = 0.001 * std::pow(0.05, 3) / (3.0 * stiffness);
+    EXPECT_NEAR(simulator.report().tip.y(), bent, 0.02 * bent);
+    EXPECT_NEAR(simulator.report().tip.x(), 0.0, 1e-3 * bent);
+    EXPECT_EQ(count_of(simulator.report(), "loads"), 1u);
+    for (int k = 0; k < 200; ++k) simulator.step();
+    EXPECT_NEAR(simulator.report().tip.y(), 0.0, 0.01 * bent);
+}
+
+TEST(Loads, AForceOnATipWithoutTheEffectIsNone) {
+    const PreparedScene prepared =
+        test::prepare(rod_scene(R"(, "tip_load": {"force": [0, 0.001, 0]})", R"("coarse_contact", "exact_contact")"));
+    Simulator simulator = run(prepared, 20);
+    EXPECT_NEAR(simulator.report().tip.y(), 0.0, 1e-9);
+    EXPECT_EQ(count_of(simulator.report(), "loads"), 0u);
+}
+
 TEST(Loads, AForceInAllAcceleratesAFreeBodyByItsMass) {
     const PreparedScene prepared = test::prepare(cube_scene(R"("loads": [{"force": [0.004, 0, 0]}])", R"("elasticity", "loads")"));
     Simulator simulator = run(prepared, 20);

@@ -1,4 +1,4 @@
-// What a scene pulls on its bodies with: forces, tractions, pressures, accelerations and springs to the ground, by factors over time.
+// What a scene pulls on its bodies and on the tips of its instruments with: forces, tractions, pressures, accelerations and springs to the ground, by factors over time.
 #include "engine/effects/describe.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/prepare/scripted_motion.hpp"
@@ -53,32 +53,47 @@ static void load_body(const EffectStep& step, std::size_t body, const State& sta
     }
 }
 
+static bool is_loaded(const InstrumentModel& instrument) { return instrument.tip_force != Vec3::Zero(); }
+
+static void load_tip(const EffectStep& step, std::size_t index, State&, RodLoads& acting) {
+    const InstrumentModel& instrument = step.model.instruments[index];
+    if (!step.live.loads || !is_loaded(instrument)) return;
+    step.counts.note(effects::loads);
+    const double factor = instrument.tip_over.empty() ? 1.0 : evaluate_rows(instrument.tip_over, step.time_t1);
+    acting.force.resize(instrument.rod.node_count(), Vec3::Zero());
+    acting.force.back() += factor * instrument.tip_force;
+}
+
 static std::size_t count_loads(const SceneModel& model) {
     std::size_t count = 0;
-    for (const BodyModel& body : model.bodies) count += body.loads.size();
+    if (model.effects.elasticity)
+        for (const BodyModel& body : model.bodies) count += body.loads.size();
+    for (const InstrumentModel& instrument : model.instruments) count += is_loaded(instrument);
     return count;
 }
 
 const EffectDescriptor loads{
     .name = "loads",
     .label = "loads",
-    .doc = "Forces, tractions, pressures and springs of the bodies' key loads.",
-    .acts_on = [](const SceneModel& model) { return model.effects.loads && model.effects.elasticity && count_loads(model) > 0; },
+    .doc = "Forces, tractions, pressures and springs of the bodies' key loads, and forces on instruments' tips.",
+    .acts_on = [](const SceneModel& model) { return model.effects.loads && count_loads(model) > 0; },
     .remove =
         [](SceneModel& model) {
             model.effects.loads = false;
             for (BodyModel& body : model.bodies) body.loads.clear();
+            for (InstrumentModel& instrument : model.instruments) instrument.tip_force.setZero(), instrument.tip_over.clear();
         },
     .explain = [](const Scene& scene, const SceneModel& model) -> EffectLine {
         if (!scene.effects.loads) return {false, listed(false, {})};
         const std::size_t count = count_loads(model);
-        return {count > 0, count > 0 ? fmt::format("{} of them", count) : "no body has any"};
+        return {count > 0, count > 0 ? fmt::format("{} of them", count) : "no body and no instrument has any"};
     },
     .scale =
         [](EffectSet& live, double share) {
             if (!(share > 0.0)) live.loads = false;
         },
     .load_tissue = load_body,
+    .load_rod = load_tip,
 };
 
 } // namespace trocar::engine::effects
