@@ -65,7 +65,7 @@ static std::string describe_extras(const CLI::App& command) {
     }
     for (const CLI::App* one : shown_commands(command)) commands.push_back(one->get_name());
     for (const std::string& word : extras)
-        if (word.size() > 1 && word.front() == '-') return refuse_word("option", word.substr(0, word.find('=')), options);
+        if (word.size() > 1 && word.front() == '-' && word != "--") return refuse_word("option", word.substr(0, word.find('=')), options);
     if (extras.empty()) return {};
     if (!commands.empty()) return refuse_word(command.get_parent() == nullptr ? "command" : "kind", extras.front(), commands);
     return fmt::format("found the argument \"{:.60}\" beyond those that it takes", extras.front());
@@ -76,6 +76,8 @@ static Error describe_usage(const CLI::App& app, const CLI::ParseError& error) {
     const CLI::App& command = find_named(app);
     std::string message = describe_extras(command);
     if (message.empty()) message = error.what();
+    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) // says "1 required INT:INT in [0 - 9] missing"
+        message = message.substr(0, message.find(": ")) + ": found another number of values than it takes; expected one value after it";
     for (char& c : message)
         if (c == '\n') c = ' ';
     return {ErrorCode::BadUsage, fmt::format("{}; `{} --help` shows what it takes", message, name_with_parents(command))};
@@ -121,8 +123,11 @@ int run_program(int argc, char** argv) {
         add_docs_command(app),
     };
     give_examples(app);
+    std::vector<std::string> words(argv + 1, argv + std::max(argc, 1));
+    if (!words.empty() && words.front() == "help") std::rotate(words.begin(), words.begin() + 1, words.end()), words.back() = "--help"; // `help run`
+    std::reverse(words.begin(), words.end()); // as the library wants them
     try {
-        app.parse(argc, argv);
+        app.parse(std::move(words));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return end_output(app.exit(error)); // help and version
         return report_error(describe_usage(app, error));

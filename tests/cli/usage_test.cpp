@@ -14,6 +14,8 @@ class Schema : public Program {};
 TEST_F(Usage, HelpAndVersionEndWell) {
     EXPECT_TRUE(ended_with(call({"--help"}), 0));
     EXPECT_TRUE(ended_with(call({"run", "--help"}), 0));
+    EXPECT_EQ(call({"help"}).out, call({"--help"}).out);
+    EXPECT_EQ(call({"help", "run"}).out, call({"run", "--help"}).out);
     const Ended version = call({"--version"});
     EXPECT_TRUE(ended_with(version, 0));
     EXPECT_TRUE(version.says("trocar 1.")) << version;
@@ -48,6 +50,7 @@ TEST_F(Usage, EveryErrorBeginsWithErrorAndNamesTheNearestWord) {
         {{"run", scene, "-n", "many"}, "many"},
         {{"docs", "comands"}, "nearest known page: \"commands\""},
         {{"bench", "lwas"}, "laws"},
+        {{"run", scene, "--budget"}, "--budget: found another number of values"},
     };
     for (const auto& [arguments, piece] : wrong) {
         const Ended ended = call(arguments);

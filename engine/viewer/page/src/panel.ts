@@ -36,6 +36,13 @@ export class Panel {
         click("grab", () => this.toggleGrab());
         click("restart", () => this.restart());
         click("record", () => this.record());
+        click("picture", () => stage.takePicture((picture) => {
+            const link = document.createElement("a");
+            link.href = URL.createObjectURL(picture);
+            link.download = `${this.scene?.name ?? "trocar"}-${(this.status?.time_s ?? 0).toFixed(2)}s.png`;
+            link.click();
+            setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+        }));
         click("help", help);
         this.help = help;
         const check = (id: string, act: (on: boolean) => void) =>

@@ -316,6 +316,10 @@ export class Stage {
 
     /// Draws where there is something new to see. False: there was nothing, or the CPU that draws is left some time for the rest; not when
     /// input waits for this picture.
+    /// The next picture that is drawn, as PNG.
+    takePicture(take: (picture: Blob) => void): void { this.pictureWanted = take; this.stale = true; }
+    private pictureWanted: ((picture: Blob) => void) | undefined;
+
     render(awaited = false): boolean {
         if (this.followTip && this.hasTip) {
             const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
@@ -369,6 +373,11 @@ export class Stage {
             this.fluoroscope.renderBackdrop(this.renderer);
         }
         this.renderer.render(this.scene, this.camera);
+        if (this.pictureWanted) { // before the browser takes the drawing away
+            const take = this.pictureWanted;
+            this.pictureWanted = undefined;
+            this.canvas.toBlob((picture) => { if (picture) take(picture); }, "image/png");
+        }
         this.triangles = this.renderer.info.render.triangles;
     }
 
