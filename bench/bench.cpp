@@ -109,10 +109,11 @@ std::string page_head(const std::string& title, const std::string& lead) {
                        escape_html(title), kReportStyle, escape_html(lead));
 }
 
-std::string page_foot() {
+/// command  that measures the page anew
+std::string page_foot(const std::string& command) {
     const Machine machine = describe_machine();
-    return fmt::format("<footer>{}. {}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(build_text()), escape_html(machine.processor),
-                       machine.cores, escape_html(machine.compiler));
+    return fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<footer>{}. {}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(command), escape_html(build_text()),
+                       escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
 }
 
 std::string plots_html(const BenchTable& table) {
@@ -153,7 +154,7 @@ std::string headlines_html(std::span<const MeasuredBench> measured) {
 
 std::string bench_page(const Bench& bench, const BenchTable& table) {
     return page_head("bench " + std::string(bench.name), std::string(bench.what)) + plots_html(table) + "<h2>Figures</h2>\n" +
-           rows_html(table) + page_foot();
+           rows_html(table) + page_foot(fmt::format("trocar bench {}{} --page FILE", bench.name, table.quick ? " --quick" : ""));
 }
 
 std::string all_benches_page(std::span<const MeasuredBench> measured) {
@@ -166,7 +167,7 @@ std::string all_benches_page(std::span<const MeasuredBench> measured) {
     for (const MeasuredBench& one : measured)
         page += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escape_html(one.bench->name), escape_html(one.bench->what)) +
                 plots_html(one.table) + rows_html(one.table);
-    return page + page_foot();
+    return page + page_foot("trocar bench all --page FILE");
 }
 
 std::optional<std::filesystem::path> find_peer(std::string_view name) {

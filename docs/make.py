@@ -3,7 +3,7 @@
 
     python3 docs/make.py [--check] [--program build/release/trocar]
 
-Of the program: commands.md, outputs.md, scene.md. Of the sources: python_reference.md, cpp_reference.md, the diagram of a step in
+Of the program: commands.md, outputs.md, scene.md, sweep.md, the schemas. Of the sources: python_reference.md, cpp_reference.md, the diagram of a step in
 architecture.md.
 """
 
@@ -262,10 +262,16 @@ def main():
     parser.add_argument("--program", default=str(ROOT / "build/release/trocar"), help="the built program")
     options = parser.parse_args()
 
-    def of_program(page):
-        return subprocess.run([options.program, "docs", page], check=True, capture_output=True, text=True).stdout
+    def of_program(*words):
+        command = words if words[0] == "schema" else ("docs", *words)
+        ended = subprocess.run([options.program, *command], capture_output=True, text=True)
+        if ended.returncode != 0:
+            sys.exit(f"{options.program} {' '.join(command)}: {ended.stderr.strip()}")
+        return ended.stdout
 
     pages = {"commands.md": lambda: of_program("commands"), "outputs.md": lambda: of_program("outputs"), "scene.md": lambda: of_program("scene"),
+             "sweep.md": lambda: of_program("sweep"), "../assets/scene.schema.json": lambda: of_program("schema"),
+             "../assets/sweep.schema.json": lambda: of_program("schema", "--sweep"),
              "python_reference.md": python_reference, "cpp_reference.md": cpp_reference, "architecture.md": with_diagram}
     stale = []
     for name, make in pages.items():
@@ -276,7 +282,7 @@ def main():
         if not options.check:
             file.write_text(text)
     for name in stale:
-        print(f"{'stale' if options.check else 'written'}: docs/{name}")
+        print(f"{'stale' if options.check else 'written'}: {(DOCS / name).resolve().relative_to(ROOT)}")
     if options.check and stale:
         sys.exit("python3 docs/make.py writes them anew")
 

@@ -3,6 +3,8 @@
 #include "engine/cli/help.hpp"
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/plan_files.hpp"
+#include "engine/experiments/sweep/sweep_spec.hpp"
+#include "engine/report/run_outputs.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/schema.hpp"
 
@@ -58,6 +60,7 @@ constexpr Page kPages[] = {
     {"commands", commands_markdown},
     {"outputs", [](const CLI::App&) { return outputs_markdown(); }},
     {"scene", [](const CLI::App&) { return scene_reference_markdown(); }},
+    {"sweep", [](const CLI::App&) { return sweep_reference_markdown(); }},
     {"man", manual_page},
     {"bash", bash_completion},
     {"zsh", zsh_completion},
@@ -80,7 +83,7 @@ std::string outputs_markdown() {
 Command add_docs_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("docs", "Print a reference page, the manual page, or a shell's completion");
     const auto name = std::make_shared<std::string>();
-    command->add_option("page", *name, "commands, outputs, scene, man, bash or zsh")->required();
+    command->add_option("page", *name, "commands, outputs, scene, sweep, man, bash or zsh")->required();
     return {command, [name, &app] {
                 std::vector<std::string_view> known;
                 for (const Page& page : kPages) {

@@ -53,9 +53,6 @@ template <class Item>
     return names;
 }
 
-/// Files of an output folder, steps.csv, summary.json.
-[[nodiscard]] std::vector<OutputTable> run_output_tables();
-
 /// The tables as sections of a Markdown page.
 [[nodiscard]] std::string output_sections(std::span<const OutputTable> tables);
 

@@ -65,8 +65,8 @@ const JsonKey<BodyItem> kBodyKeys[] = {
 const JsonKey<InstrumentItem> kInstrumentKeys[] = {
     TROCAR_INSTRUMENT_KEY("name", "", "Of the instrument in the scene.", r.instrument.name),
     TROCAR_INSTRUMENT_KEY("rod_nodes", "", "Nodes of the rod.", r.instrument.rod.node_count()),
-    TROCAR_INSTRUMENT_KEY("length_m", "m", "Length.", r.instrument.rod.design.length),
-    TROCAR_INSTRUMENT_KEY("radius_m", "m", "Radius.", r.instrument.rod.design.radius),
+    TROCAR_INSTRUMENT_KEY("length_m", "m", "Length of the rod.", r.instrument.rod.design.length),
+    TROCAR_INSTRUMENT_KEY("radius_m", "m", "Radius of the rod.", r.instrument.rod.design.radius),
     TROCAR_INSTRUMENT_KEY("skin_triangles", "", "Triangles of its surface.", r.instrument.skin.triangles.size()),
     TROCAR_INSTRUMENT_KEY("lumen", "", "Name of the body that it is in.", r.model.bodies[r.instrument.lumen].name),
     TROCAR_INSTRUMENT_KEY("kind", "", "`rod`, or `mass_spring`.", r.instrument.mass_spring_substeps > 0 ? "mass_spring" : "rod"),

@@ -3,7 +3,7 @@
 
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/plan_files.hpp"
-#include "engine/report/output_keys.hpp"
+#include "engine/report/run_outputs.hpp"
 #include "engine/report/step_table.hpp"
 
 #include <gmock/gmock.h>
