@@ -130,6 +130,9 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("self_contacts", row.r.self_contacts),
     TROCAR_COLUMN("self_force_n", row.r.self_force_n),
     TROCAR_COLUMN("self_held", row.r.self_held),
+    TROCAR_COLUMN("instrument_contacts", row.r.instrument_contacts),
+    TROCAR_COLUMN("instrument_force_n", row.r.instrument_force_n),
+    TROCAR_COLUMN("instrument_held", row.r.instrument_held),
     TROCAR_COLUMN("packing_density", row.r.packing_density), // -1: the scene names no ball
     // the account: left of the budget when a part began (-1: no limit of time), taken by it, and work units taken
     TROCAR_COLUMN("solve_granted_ms", account_of(row.r, AccountPart::Solve).granted_ms),

@@ -208,6 +208,11 @@ std::string summary_text(const RunRecord& record) {
             json["self_held_steps"] = t.self_held_steps;
             json["largest_self_force_n"] = t.largest_self_n;
         }
+        if (record.prepared.model.effects.instrument_contact) {
+            json["instrument_contacts_total"] = t.instrument_contacts;
+            json["instrument_held_steps"] = t.instrument_held_steps;
+            json["largest_instrument_force_n"] = t.largest_instrument_n;
+        }
         json["rod_unsettled_total"] = t.unsettled_rods;
         if (t.packing_density >= 0.0) json["packing_density"] = t.packing_density;
         if (t.target_distance_m >= 0.0) json["target_distance_m"] = {{"last", t.target_distance_m}, {"min", t.closest_target_m}};
