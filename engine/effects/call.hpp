@@ -19,7 +19,7 @@ void call(const EffectDescriptor& effect, const EffectStep& step, Hook hook) {
     }
 }
 
-/// What preparing the same scene without the effect gives, but for self_contact without coarse_contact and contrast without
+/// What preparing the same scene without the effect gives, but for self_contact and instrument_contact without coarse_contact and contrast without
 /// blood_drag, which go with it.
 [[nodiscard]] SceneModel without_effect(const SceneModel& model, const EffectDescriptor& effect);
 

@@ -13,6 +13,7 @@
     effect(pulse)                                                                                                                          \
     effect(coarse_contact)                                                                                                                 \
     effect(self_contact)                                                                                                                   \
+    effect(instrument_contact)                                                                                                             \
     effect(exact_contact)                                                                                                                  \
     effect(friction)                                                                                                                       \
     effect(twist)                                                                                                                          \

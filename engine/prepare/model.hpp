@@ -102,6 +102,11 @@ struct InstrumentModel {
     collision::SurfaceTopology topology; // of the skin
 };
 
+/// With the effect instrument_contact: an implicit rod alone, without a wire.
+[[nodiscard]] inline bool meets_instruments(const InstrumentModel& instrument) noexcept {
+    return instrument.mass_spring_substeps == 0 && !instrument.inside && !instrument.wire;
+}
+
 struct SceneModel {
     std::string name;
     std::string file;     // as given, relative to the project where it lies in it

@@ -116,6 +116,7 @@ EffectSet make_effects(const Scene& scene) {
     effects.coarse_contact = scene.effects.coarse_contact;
     effects.exact_contact = scene.effects.exact_contact;
     effects.self_contact = scene.effects.self_contact && scene.effects.coarse_contact;
+    effects.instrument_contact = scene.effects.instrument_contact && scene.effects.coarse_contact;
     effects.loads = scene.effects.loads;
     if (scene.effects.gravity) effects.gravity = scene.gravity;
     effects.breathing = scene.effects.breathing;

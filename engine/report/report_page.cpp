@@ -238,7 +238,7 @@ void add_bodies(const RunRecord& record, Page& page) {
 }
 
 void add_effects(const RunRecord& record, Page& page) {
-    constexpr const char* kEffects[] = {"elasticity", "gravity",   "damping", "coarse_contact", "self_contact", "exact_contact",
+    constexpr const char* kEffects[] = {"elasticity", "gravity",   "damping", "coarse_contact", "self_contact", "instrument_contact", "exact_contact",
                                         "friction",   "breathing", "pulse",   "twist",          "blood_drag",   "contrast",     "fluoroscopy",
                                         "loads"};
     const std::vector<std::string> on = record.scene.effects.names();

@@ -156,6 +156,9 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     slowed_steps += report.slowed_rods > 0;
     self_contacts += report.self_contacts;
     self_held_steps += report.self_held > 0;
+    instrument_contacts += report.instrument_contacts;
+    instrument_held_steps += report.instrument_held > 0;
+    largest_instrument_n = std::max(largest_instrument_n, report.instrument_force_n);
     largest_self_n = std::max(largest_self_n, report.self_force_n);
     unsettled_rods += report.unsettled_rods;
     unsettled_steps += report.unsettled_rods > 0;

@@ -73,8 +73,9 @@ struct RunStatistics {
     std::uint64_t contacts = 0, unresolved = 0, assumed = 0, lumen_exits = 0, exit_steps = 0, unproven_steps = 0;
     std::uint64_t passed_places = 0, passed_steps = 0, softened = 0, deep_steps = 0, unconverged_solves = 0,
                   unconverged_steps = 0, unproven_solids = 0, unproven_solid_steps = 0, unsettled_rods = 0, unsettled_steps = 0, slowed_steps = 0, self_contacts = 0,
-                  self_held_steps = 0;
+                  self_held_steps = 0, instrument_contacts = 0, instrument_held_steps = 0;
     double packing_density = -1.0, largest_self_n = 0.0; // [-] last; N, sum of normal forces of instruments on themselves
+    double largest_instrument_n = 0.0;                // N, the same on one another
     std::uint64_t left_pairs = 0, left_steps = 0, floor_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
     std::uint64_t drive_limited_steps = 0, drive_stop_steps = 0, clamped_steps = 0, exact_forced = 0, dropped_steps = 0;

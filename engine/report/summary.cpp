@@ -122,6 +122,11 @@ Json of_self_contact(const RunRecord& record, const Value& value) {
     return record.prepared.model.effects.self_contact ? of_instruments(record, value) : left_out();
 }
 
+template <class Value>
+Json of_instrument_contact(const RunRecord& record, const Value& value) {
+    return record.prepared.model.effects.instrument_contact ? of_instruments(record, value) : left_out();
+}
+
 /// The value where it is no stand-in for "none".
 template <class Value>
 Json where(bool known, const Value& value) {
@@ -223,6 +228,12 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
                        of_self_contact(r, r.statistics.self_held_steps)),
     TROCAR_SUMMARY_KEY("largest_self_force_n", "N", "Largest sum of normal forces of instruments on themselves.",
                        of_self_contact(r, r.statistics.largest_self_n)),
+    TROCAR_SUMMARY_KEY("instrument_contacts_total", "", "Places where instruments pressed on one another, over all steps; with the effect alone.",
+                       of_instrument_contact(r, r.statistics.instrument_contacts)),
+    TROCAR_SUMMARY_KEY("instrument_held_steps", "", "Steps that took only a part of the motion of instruments, to keep them from passing through one another.",
+                       of_instrument_contact(r, r.statistics.instrument_held_steps)),
+    TROCAR_SUMMARY_KEY("largest_instrument_force_n", "N", "Largest sum of normal forces between instruments.",
+                       of_instrument_contact(r, r.statistics.largest_instrument_n)),
     TROCAR_SUMMARY_KEY("rod_unsettled_total", "", "Stages of instruments whose contact forces had not settled.",
                        of_instruments(r, r.statistics.unsettled_rods)),
     TROCAR_SUMMARY_KEY("packing_density", "[-]", "Share of the scene's ball that instruments fill, where it names one.",

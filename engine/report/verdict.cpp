@@ -127,6 +127,10 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Rods held before themselves", t.self_held_steps, fmt::format("in {}", of_steps(t.self_held_steps, record)),
                                    Mark::Note, "Only a part of their motion was proven not to pass through themselves, and that part was taken "
                                                "(self_held in steps.csv)."));
+    if (t.instrument_held_steps > 0)
+        losses.push_back(make_loss("Instruments held before one another", t.instrument_held_steps, fmt::format("in {}", of_steps(t.instrument_held_steps, record)),
+                                   Mark::Note, "Only a part of their motion was proven not to pass through another one, and that part was taken "
+                                               "(instrument_held in steps.csv)."));
     if (t.unsettled_rods > 0)
         losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,
                                    fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,

@@ -93,6 +93,8 @@ struct EffectsKeys {
             object_key<PulseKeys>(s.pulse, effect_field<PulseKeys>("pulse", "Arterial pulse: true for the defaults.")),
             key(s.self_contact, flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest, and instruments; "
                                                            "needs coarse_contact.")),
+            key(s.instrument_contact, flag_field("instrument_contact", "Instruments of one lumen against one another, side by side and crossing; needs "
+                                                                       "coarse_contact.")),
             key(s.twist, flag_field("twist", "Torsion of instruments: a turn of the handle travels along them; off, it reaches the tip at "
                                              "once.")),
             object_key<BloodKeys>(s.blood_drag,

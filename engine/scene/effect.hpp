@@ -70,6 +70,7 @@ struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
     bool coarse_contact = true;  // sphere trees
     bool self_contact = false;   // solid bodies against themselves
+    bool instrument_contact = false; // instruments against one another
     bool loads = false;          // of the bodies' key loads
     bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2

@@ -228,6 +228,7 @@ struct Effects {
     std::optional<BloodSpec> blood_drag; // of instruments
     bool loads = false;                  // of the bodies' key loads
     bool self_contact = false;           // of deformable bodies with themselves
+    bool instrument_contact = false;     // of instruments with one another
     bool twist = false;                  // of instruments: off, a turn of the handle reaches the tip at once
     bool fluoroscopy = false;            // X-ray pictures beside the shaded ones
     std::vector<AddedEffect> added;      // known by their descriptors alone: see add_effect

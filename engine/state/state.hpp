@@ -123,6 +123,7 @@ struct State {
     std::vector<BodyState> bodies; // as SceneModel::bodies
     std::vector<InstrumentState> instruments;
     SolidContactState solids;
+    std::vector<fem::RodMeeting> meetings; // places of instruments that others carry, of the last solve
     std::vector<std::vector<double>> effects; // as SceneModel::effects.added: EffectDescriptor::memory
 };
 

@@ -55,13 +55,23 @@ bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body)
            is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_nodes.size() : 0);
 }
 
+bool plane_is_finite(const fem::RodPlane& p) {
+    return is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && is_finite(p.start_drag) && std::isfinite(p.offset) &&
+           std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.hold) && std::isfinite(p.start_force) && std::isfinite(p.give) &&
+           std::isfinite(p.other_weight) && std::isfinite(p.friction_share);
+}
+
+bool meeting_fits(const SceneModel& model, const fem::RodMeeting& meeting) {
+    const auto holds = [&](Index rod, Index node) {
+        return rod < model.instruments.size() && meets_instruments(model.instruments[rod]) && node < model.instruments[rod].rod.node_count() - 1;
+    };
+    return plane_is_finite(meeting.plane) && meeting.rod < meeting.other_rod && holds(meeting.rod, meeting.plane.node) &&
+           holds(meeting.other_rod, meeting.plane.other);
+}
+
 bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const InstrumentState& state) {
     const std::size_t nodes = own.rod.node_count(), triangles = model.bodies[own.lumen].surface.triangles.size();
-    const auto plane_fits = [&](const fem::RodPlane& p) {
-        return p.node + 1 < nodes && is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && std::isfinite(p.offset) &&
-               std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.hold) && std::isfinite(p.start_force) &&
-               is_finite(p.start_drag) && std::isfinite(p.give) && std::isfinite(p.other_weight);
-    };
+    const auto plane_fits = [&](const fem::RodPlane& p) { return plane_is_finite(p) && p.node + 1 < nodes; };
     const auto wall_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other == kNoIndex; };
     const auto self_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other < nodes && p.other + 1 < nodes; };
     const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
@@ -146,6 +156,8 @@ std::string find_misfit(const SceneModel& model, const State& state) {
             !std::all_of(kept.begin(), kept.end(), [](double value) { return std::isfinite(value); }))
             return fmt::format("what it holds of the effect \"{}\" does not fit the scene's", effect->name);
     }
+    if (!std::all_of(state.meetings.begin(), state.meetings.end(), [&](const fem::RodMeeting& meeting) { return meeting_fits(model, meeting); }))
+        return "what it holds of instruments against one another does not fit the scene's";
     if (!solids_fit(model, state)) return "its contacts name what the scene does not have";
     return {};
 }

@@ -57,6 +57,8 @@ struct StepReport {
     unsigned slowed_rods = 0;         // instruments that would have moved farther in this step than planes of their wall tell of: dragged
     std::uint64_t self_contacts = 0;  // places where instruments press on themselves
     unsigned self_held = 0;           // instruments of whose motion only a part was proven not to pass through themselves, and taken
+    std::uint64_t instrument_contacts = 0; // places where instruments press on one another
+    unsigned instrument_held = 0;     // instruments of whose motion only a part was proven not to pass through others, and taken
     unsigned rod_iterations = 0;      // of Newton's method, in all solves of the step and all instruments
     unsigned unsettled_rods = 0;      // stages of rods whose contact forces had not settled when the iteration ended
     double safe_fraction = 1.0;       // < 1: the motion of this step was scaled to this share
@@ -75,6 +77,7 @@ struct StepReport {
     double max_contact_force_n = 0.0;
     double friction_force_n = 0.0;   // sum of friction forces on the walls
     double self_force_n = 0.0;       // sum of normal forces of instruments on themselves
+    double instrument_force_n = 0.0; // the same on one another
     double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the drive pushes
     double handle_torque_nm = 0.0;   // of the first instrument: about the port's axis; without torsion that of the shaped tip alone
     double balance_n = 0.0;          // over all instruments: handle, contacts, loads and inertia, which should be nothing

@@ -72,6 +72,14 @@ void visit_follow(Visitor& visitor, Follow& follow) {
     visit_numbers(visitor, mode, progress, best_progress, best_insertion, astray_insertion, fork, retract_from, turned_for, missing, attempts);
 }
 
+template <class Visitor, class Plane>
+void visit_plane(Visitor& visitor, Plane& plane) {
+    auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give, other, other_weight] =
+        plane;
+    visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give, other, other_weight);
+    visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
+}
+
 template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
     auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, self_planes, exact_candidates] =
@@ -86,12 +94,7 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     visit_frames(visitor, route_frames);
     visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });
     for (auto* list : {&planes, &self_planes})
-        visitor.list(*list, [&](auto& plane) {
-            auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give, other,
-                   other_weight] = plane;
-            visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give, other, other_weight);
-            visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
-        });
+        visitor.list(*list, [&](auto& plane) { visit_plane(visitor, plane); });
     visitor.list(presses, [&](auto& press) {
         auto& [triangle, bary] = press;
         visitor.number(triangle);
@@ -131,11 +134,16 @@ void visit_solids(Visitor& visitor, Solids& solids) {
 
 template <class Visitor, class StateT, class Lumen>
 void visit_state(Visitor& visitor, StateT& state, Lumen&& visit_lumen) {
-    auto& [step, time, bodies, instruments, solids, effects] = state;
+    auto& [step, time, bodies, instruments, solids, meetings, effects] = state;
     visit_numbers(visitor, step, time);
     for (auto& body : bodies) visit_body(visitor, body, visit_lumen);
     for (auto& instrument : instruments) visit_instrument(visitor, instrument);
     visit_solids(visitor, solids);
+    visitor.list(meetings, [&](auto& meeting) {
+        auto& [plane, rod, other_rod] = meeting;
+        visit_plane(visitor, plane);
+        visit_numbers(visitor, rod, other_rod);
+    });
     for (auto& memory : effects) visitor.list(memory, [&](auto& value) { visitor.number(value); });
 }
 

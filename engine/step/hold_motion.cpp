@@ -63,14 +63,24 @@ double find_free_share(const SceneModel& model, double distance, const State& st
     return share;
 }
 
+/// [-] of an instrument's motion that is proven not to take it through itself.
+static double self_share(const InstrumentScratch& own) noexcept { return own.meets_itself ? own.self.proven_share() : 1.0; }
+
 bool hold_rods(const SceneModel& model, State& state, RodsScratch& rods, StepReport& report) {
     bool held = false;
+    const double met = find_met_share(model, state, rods);
+    double all = met; // what may meet is proven apart where each takes the same share
+    if (rods.meet)
+        for (std::size_t i = 0; i < model.instruments.size(); ++i)
+            if (meets_instruments(model.instruments[i])) all = std::min(all, self_share(rods.instruments[i]));
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         InstrumentScratch& own = rods.instruments[i];
-        if (!own.meets_itself || !(own.self.proven_share() < 1.0)) continue;
-        scale_rod(model.instruments[i], kHoldShares[0] * own.self.proven_share(), state.instruments[i], own);
+        const double itself = self_share(own), share = rods.meet && meets_instruments(model.instruments[i]) ? all : itself;
+        if (!(share < 1.0)) continue;
+        scale_rod(model.instruments[i], kHoldShares[0] * share, state.instruments[i], own);
         state.instruments[i].kept_inside = false;
-        ++report.self_held;
+        report.self_held += itself < 1.0;
+        report.instrument_held += met < 1.0;
         held = true;
     }
     return held;

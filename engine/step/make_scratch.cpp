@@ -57,6 +57,14 @@ void prepare_walls(const SceneModel& model, const State& state, const RodsScratc
     }
 }
 
+/// Of instruments that meet one another.
+std::size_t count_meeting_nodes(const SceneModel& model) {
+    std::size_t nodes = 0;
+    for (const InstrumentModel& instrument : model.instruments)
+        if (model.effects.instrument_contact && meets_instruments(instrument)) nodes += instrument.rod.node_count();
+    return nodes;
+}
+
 void prepare_instruments(const SceneModel& model, const State& state, const RodsScratch* like, RodsScratch& rods) {
     rods.instruments.resize(model.instruments.size());
     rods.hits.reserve(kReservedContacts);
@@ -82,6 +90,11 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         std::size_t planes = 0; // of a coaxial pair
         for (const std::size_t one : coaxial(model, i)) planes += state.instruments[one].planes.capacity();
         rods.solvers.push_back(make_solver(model, i, planes));
+    }
+    if (const std::size_t meeting_nodes = count_meeting_nodes(model); meeting_nodes > 0) {
+        rods.together.reserve(fem::kMostTogether);
+        rods.meetings.reserve(meeting_nodes);
+        fem::reserve_together(meeting_nodes, state.meetings.capacity(), rods.joint);
     }
     reserve_culling(model, rods);
 }
@@ -111,6 +124,7 @@ void reserve_state(const SceneModel& model, State& state) {
     state.solids.entries.reserve(vertices);
     state.solids.contacts.reserve(vertices);
     state.solids.touching.reserve(kReservedContacts);
+    if (const std::size_t nodes = count_meeting_nodes(model); nodes > 0) state.meetings.reserve(fem::kMeetingsPerNode * nodes);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const std::size_t places = 2 * model.instruments[i].rod.node_count();
         InstrumentState& own = state.instruments[i];

@@ -63,7 +63,7 @@ TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)
 TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, wire, self_contact, friction, inserted, tip_force, tip_over, limits, path,
                route, route_links, follow, flow_entry, chain, topology)
-TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, loads, exact_contact, gravity, breathing, pulse, blood_drag, added)
+TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, instrument_contact, loads, exact_contact, gravity, breathing, pulse, blood_drag, added)
 TROCAR_MEMBERS(AddedEffect, effect, settings)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,

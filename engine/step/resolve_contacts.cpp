@@ -41,7 +41,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
     const bool is_tested = live.coarse_contact || live.exact_contact;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (!is_tested) state.instruments[i].kept_inside = false;
-        if (report.exact_ran || is_coaxial_inner(model, i) || !is_tested) continue;
+        if (report.exact_ran || is_solved_with_another(model, rods, i) || !is_tested) continue;
         follow_wall(model, model.instruments[i].lumen, state, rods, &budget);
         solve_between_walls(model, i, state, rods, budget);
         bool penetrates = penetrates_wall(model, i, state, rods);
@@ -49,7 +49,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
             solve_where_it_stands(model, i, state, rods, budget);
             penetrates = penetrates_wall(model, i, state, rods);
         }
-        for (const std::size_t one : coaxial(model, i)) state.instruments[one].kept_inside = !penetrates;
+        for (const std::size_t one : solved_with(model, rods, i)) state.instruments[one].kept_inside = !penetrates;
         if (!penetrates) continue;
         if (live.exact_contact)
             force_exact_stage(model, i, state, rods, report);
@@ -66,6 +66,7 @@ void forget_forces(State& state) {
     for (InstrumentState& instrument : state.instruments)
         for (auto* planes : {&instrument.planes, &instrument.self_planes})
             for (fem::RodPlane& plane : *planes) plane.force = 0.0, plane.drag.setZero();
+    for (fem::RodMeeting& meeting : state.meetings) meeting.plane.force = 0.0, meeting.plane.drag.setZero();
 }
 
 void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
@@ -107,6 +108,7 @@ void list_contacts(const SceneModel& model, const State& state, std::span<const 
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
     report.pressing_contacts = contacts.size();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_self_presses(model, i, state, ContactOrigin::ExactEE, contacts);
+    list_meetings(model, state, ContactOrigin::ExactEE, contacts);
     for (const SolidContact& place : state.solids.contacts)
         if (is_touching(place.touch)) contacts.push_back(place.touch);
     for (const Contact& contact : coarse) // solids without a surface's depth; those of instruments are among the presses

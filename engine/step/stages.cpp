@@ -69,7 +69,8 @@ void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned d
 void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report) {
     load_instruments(model, live, state, rods, report);
     const bool rough = live.coarse_contact || live.exact_contact; // then the walls' planes of this step are solved against
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) solve_instrument(model, i, state, rods, rough);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) if (!is_solved_with_another(model, rods, i)) solve_instrument(model, i, state, rods, rough);
+    find_meetings(model, state, rods);
 }
 
 void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods) {

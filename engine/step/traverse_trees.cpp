@@ -97,8 +97,8 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
     const bool is_dropped = (dropped & drop_bit(Droppable::ExactContact)) != 0;
     report.exact_ran = !model.instruments.empty();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
-        if (is_coaxial_inner(model, i)) continue;
-        const ExactForecast forecast = forecast_exact(model, i, state);
+        if (is_solved_with_another(model, rods, i)) continue;
+        const ExactForecast forecast = forecast_exact(model, i, state, rods);
         rods.instruments[i].forecast = forecast;
         if (!is_dropped && budget.exact_fits(forecast)) {
             follow_wall(model, model.instruments[i].lumen, state, rods, &budget);

@@ -132,4 +132,31 @@ void ChainBoxes::test(Index a, Index b) {
     if (pair.distance < within_ + std::max(reach_[a], reach_[a + 1]) + std::max(reach_[b], reach_[b + 1])) pairs_->push_back(pair);
 }
 
+void ChainBoxes::bound(std::span<const Vec3> axis, std::span<const double> reach, Index begin) {
+    runs_.clear();
+    axis_ = axis, reach_ = reach;
+    if (begin + 1 < axis.size()) (void)build(begin, static_cast<Index>(axis.size() - 1));
+}
+
+void ChainBoxes::find_pairs_with(const ChainBoxes& other, double within, std::vector<SegmentPair>& pairs) const {
+    if (runs_.empty() || other.runs_.empty()) return;
+    const auto known = static_cast<std::ptrdiff_t>(pairs.size());
+    meet_other(0, other, 0, within, pairs);
+    std::sort(pairs.begin() + known, pairs.end(), [](const SegmentPair& x, const SegmentPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+}
+
+void ChainBoxes::meet_other(Index run, const ChainBoxes& other, Index its, double within, std::vector<SegmentPair>& pairs) const {
+    const Run &one = runs_[run], &two = other.runs_[its];
+    if (!(distance_sq(one.box, two.box) < within * within)) return;
+    if (one.left != 0 && (two.left == 0 || one.end - one.begin >= two.end - two.begin))
+        return meet_other(one.left, other, its, within, pairs), meet_other(one.right, other, its, within, pairs);
+    if (two.left != 0) return meet_other(run, other, two.left, within, pairs), meet_other(run, other, two.right, within, pairs);
+    for (Index a = one.begin; a < one.end; ++a)
+        for (Index b = two.begin; b < two.end; ++b) {
+            const SegmentPair pair = nearest_on_pair(a, b, {axis_[a], axis_[a + 1], other.axis_[b], other.axis_[b + 1]});
+            const double reach = std::max(reach_[a], reach_[a + 1]) + std::max(other.reach_[b], other.reach_[b + 1]);
+            if (pair.distance < within + reach) pairs.push_back(pair);
+        }
+}
+
 } // namespace trocar::fem

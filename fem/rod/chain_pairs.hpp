@@ -38,6 +38,11 @@ public:
     void find_pairs(std::span<const Vec3> axis, const ChainRule& rule, double within, std::span<const double> reach,
                     std::vector<SegmentPair>& pairs);
 
+    /// The boxes of a chain from segment `begin` on, for find_pairs_with. Both lists outlive that.
+    void bound(std::span<const Vec3> axis, std::span<const double> reach, Index begin);
+    /// Lists the same of segments a of this chain and b of another one, by (a, b): appended to `pairs`.
+    void find_pairs_with(const ChainBoxes& other, double within, std::vector<SegmentPair>& pairs) const;
+
 private:
     struct Run {
         Index begin, end; // segments
@@ -48,6 +53,7 @@ private:
     void meet_itself(Index run);
     void meet(Index a, Index b);
     void test(Index a, Index b);
+    void meet_other(Index run, const ChainBoxes& other, Index its, double within, std::vector<SegmentPair>& pairs) const;
 
     std::vector<Run> runs_;
     std::span<const Vec3> axis_;

@@ -35,6 +35,107 @@ inline constexpr double kStickReach = 2e-6;
 /// m; planes nearer than this are evaluated from the beginning, and what rounding may hide of a gap.
 inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
+/// What a stage's iteration starts with: the forces that the last one ended with.
+/// bound   N, of friction, of the plane's force
+inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept {
+    press = RodPress();
+    const Vec3 drag = plane.drag;
+    plane.drag.setZero();
+    press.force = press.last = press.bounding = plane.force;
+    if (!(bound > 0.0)) return;
+    press.anchor = -kStickReach / bound * (drag - plane.normal.dot(drag) * plane.normal);
+    const double length = std::sqrt(press.anchor.squaredNorm());
+    if (length > kStickReach) press.anchor *= kStickReach / length;
+}
+
+/// Force and stiffness of one plane.
+/// depth      m, that is missing of its offset
+/// across     N/m, augmentation
+/// softness   m/N, of what is behind it
+/// bound      N, of friction, of RodPress::bounding
+/// slide      () -> m, of the rod's surface on what carries the plane, since the stage's start
+template <class Slide>
+void evaluate_press(RodPlane& plane, RodPress& press, double depth, double across, double softness, double bound, bool holds,
+                    const Slide& slide) noexcept {
+    const double yields = 1.0 + across * (softness + plane.give);
+    const double force = (press.force + across * (depth + plane.give * plane.start_force)) / yields;
+    const bool touches = holds || force > 0.0;
+    plane.force = touches ? force : 0.0;
+    press.stiffness = touches ? across / yields : 0.0;
+    const bool pushes = touches || bound > 0.0;
+    if (pushes || press.pushes) {
+        plane.drag.setZero();
+        press.aside.setZero();
+    }
+    press.pushes = pushes;
+    if (!(bound > 0.0)) return;
+    const Vec3 trial = press.anchor + slide();
+    const double length = std::sqrt(trial.squaredNorm());
+    const Mat3 aside = Mat3::Identity() - plane.normal * plane.normal.transpose();
+    if (length <= kStickReach) { // it holds
+        plane.drag = -bound / kStickReach * trial;
+        press.aside = bound / kStickReach * aside;
+        return;
+    }
+    const Vec3 way = trial / length;
+    plane.drag = -bound * way;
+    press.aside = bound / length * (aside - way * way.transpose());
+}
+
+/// Takes note of a plane's normal force; with `bounds` friction's bound becomes that of now. Returns by how much the worse of both changed, N.
+[[nodiscard]] inline double update_press(const RodPlane& plane, RodPress& press, bool bounds) noexcept {
+    double change = std::abs(plane.force - press.last);
+    press.last = plane.force;
+    if (!bounds) return change;
+    change = std::max(change, std::abs(plane.force - press.bounding));
+    press.bounding = plane.force;
+    return change;
+}
+
+/// N/m, of the rod against what is pressed across it: at its stiffest node.
+[[nodiscard]] inline double stiffness_across(const RodModel& model, double dt, Index first) noexcept {
+    double across = 0.0;
+    for (std::size_t i = std::max<std::size_t>(first, 1); i < model.node_count(); ++i) {
+        if (i + 1 == model.node_count()) continue;
+        const double turn = bend_stencil(model, i)[1];
+        across = std::max(across, 1.5 * model.bending_of(i) * turn * turn + model.mass[i] / (dt * dt));
+    }
+    return across;
+}
+
+/// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
+inline constexpr double kOvershoot = 0.5, kSearchTolerance = 0.05;
+inline constexpr int kSearchRounds = 12;
+
+/// A correction that planes which it meets, or leaves, throw back ends where they balance the rest: a line search by regula falsi.
+/// Planes that open each other in turn settle so.
+/// most      of the correction, that has been made
+/// power     J, of all forces over the correction, at its start
+/// power_at  (part) -> J, where `part` of it is made
+/// move_by   (part): goes on by so much of it
+template <class PowerAt, class MoveBy>
+void search_along(double most, double power, const PowerAt& power_at, const MoveBy& move_by) noexcept {
+    double low = 0.0, high = most, at_low = power, at_high = power_at(most);
+    if (!(at_high < -kOvershoot * power)) return;
+    double part = most;
+    for (int round = 0, side = 0; round < kSearchRounds; ++round) {
+        const double next = low + (high - low) * at_low / (at_low - at_high);
+        move_by(next - part);
+        part = next;
+        const double now = power_at(part);
+        if (std::abs(now) <= kSearchTolerance * power) return;
+        if (now > 0.0) {
+            low = part, at_low = now;
+            if (side > 0) at_high *= 0.5;
+            side = 1;
+        } else {
+            high = part, at_high = now;
+            if (side < 0) at_low *= 0.5;
+            side = -1;
+        }
+    }
+}
+
 class RodContact {
 public:
     /// twists   the rod has angles, and rolls on what it touches
@@ -68,15 +169,7 @@ public:
     /// changed, N.
     double update(bool bounds) noexcept {
         double change = 0.0;
-        for (const Index k : near_) {
-            RodPress& press = presses_[k];
-            const double force = planes_[k].force;
-            change = std::max(change, std::abs(force - press.last));
-            press.last = force;
-            if (!bounds) continue;
-            change = std::max(change, std::abs(force - press.bounding));
-            press.bounding = force;
-        }
+        for (const Index k : near_) change = std::max(change, update_press(planes_[k], presses_[k], bounds));
         return change;
     }
 
@@ -106,28 +199,13 @@ private:
     void begin() noexcept {
         if (presses_.size() < planes_.size()) presses_.resize(planes_.size()); // never shrinks
         near_.reserve(presses_.capacity());
-        double across = 0.0;
-        for (std::size_t i = std::max<std::size_t>(first_, 1); i < model_.node_count(); ++i) {
-            if (i + 1 == model_.node_count()) continue;
-            const double turn = bend_stencil(model_, i)[1];
-            across = std::max(across, 1.5 * model_.bending_of(i) * turn * turn + model_.mass[i] / (dt_ * dt_));
-        }
         const bool own = !planes_.empty() && planes_.front().other != kNoIndex;
-        across_ = (own ? kSelfAugmentation : kPressAugmentation) * across;
+        across_ = (own ? kSelfAugmentation : kPressAugmentation) * stiffness_across(model_, dt_, first_);
         softness_ = 1.0 / drive_.contact_stiffness;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
-            RodPlane& plane = planes_[k];
-            RodPress& press = presses_[k];
-            press = RodPress();
-            const Vec3 drag = plane.drag;
-            plane.drag.setZero();
-            press.force = press.last = press.bounding = plane.force;
-            press.gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * plane.start_force;
-            const double bound = bound_of(plane, plane.force);
-            if (!(bound > 0.0)) continue;
-            press.anchor = -kStickReach / bound * (drag - plane.normal.dot(drag) * plane.normal);
-            const double length = std::sqrt(press.anchor.squaredNorm());
-            if (length > kStickReach) press.anchor *= kStickReach / length;
+            const RodPlane& plane = planes_[k];
+            begin_press(planes_[k], presses_[k], bound_of(plane, plane.force));
+            presses_[k].gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * plane.start_force;
         }
         list_near(kNearPlanes);
     }
@@ -183,30 +261,7 @@ private:
 
     void evaluate(RodPlane& plane, RodPress& press, bool holds) const noexcept {
         const double depth = plane.offset - plane.normal.dot(point(plane, state_.position));
-        const double yields = 1.0 + across_ * (softness_ + plane.give);
-        const double force = (press.force + across_ * (depth + plane.give * plane.start_force)) / yields;
-        const bool touches = holds || force > 0.0;
-        const double bound = bound_of(plane, press.bounding);
-        plane.force = touches ? force : 0.0;
-        press.stiffness = touches ? across_ / yields : 0.0;
-        const bool pushes = touches || bound > 0.0;
-        if (pushes || press.pushes) {
-            plane.drag.setZero();
-            press.aside.setZero();
-        }
-        press.pushes = pushes;
-        if (!(bound > 0.0)) return;
-        const Vec3 trial = press.anchor + slide(plane);
-        const double length = std::sqrt(trial.squaredNorm());
-        const Mat3 across = Mat3::Identity() - plane.normal * plane.normal.transpose();
-        if (length <= kStickReach) { // it holds
-            plane.drag = -bound / kStickReach * trial;
-            press.aside = bound / kStickReach * across;
-            return;
-        }
-        const Vec3 way = trial / length;
-        plane.drag = -bound * way;
-        press.aside = bound / length * (across - way * way.transpose());
+        evaluate_press(plane, press, depth, across_, softness_, bound_of(plane, press.bounding), holds, [&] { return slide(plane); });
     }
 
     [[nodiscard]] double bound_of(const RodPlane& plane, double force) const noexcept { return drive_.friction * plane.friction_share * force; }

@@ -72,6 +72,12 @@ struct RodPlane {
     double other_weight = 0.0;         // of other + 1, in [0, 1]
 };
 
+/// A half-space of one rod that a place of another one carries: plane.other is a node of that one. Both feel the same force at the same place.
+struct RodMeeting {
+    RodPlane plane;
+    Index rod = 0, other_rod = 0; // SolvedRod::id
+};
+
 struct RodDrive {
     RodPort port;
     double insertion = 0.0; // m, at the end of the step

@@ -9,9 +9,9 @@
 
 namespace trocar::fem {
 
-namespace {
-
 unsigned count_substeps(double step) noexcept { return std::max(1u, static_cast<unsigned>(std::ceil(step / kImplicitSubstep - 1e-9))); }
+
+namespace {
 
 class ImplicitSolver final : public RodSolver {
 public:

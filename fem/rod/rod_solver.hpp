@@ -16,6 +16,7 @@ struct SolvedRod {
     RodWorkspace& workspace;
     RodReport& report;
     std::span<RodPlane> self = {}; // that places of the rod itself carry, of the implicit rod
+    Index id = 0;                  // by which a RodMeeting names it
 };
 
 class RodSolver {
@@ -41,5 +42,6 @@ public:
 [[nodiscard]] std::unique_ptr<RodSolver> make_mass_spring_solver(unsigned substeps);
 
 inline constexpr double kImplicitSubstep = 5e-3; // s
+[[nodiscard]] unsigned count_substeps(double step) noexcept; // of kImplicitSubstep at most
 
 } // namespace trocar::fem

@@ -16,9 +16,6 @@ namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
 inline constexpr unsigned kMaxNewton = 48;
-/// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
-inline constexpr double kOvershoot = 0.5, kSearchTolerance = 0.05;
-inline constexpr int kSearchRounds = 12;
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
 /// m; the same where RodDrive::rough says so, whatever the forces still change.
@@ -90,6 +87,11 @@ public:
         body_.setZero();
         Band band(work_.band, moving());
         assemble(band);
+        tell_balance(band, report);
+    }
+
+protected:
+    void tell_balance(Band& band, RodReport& report) noexcept {
         report.handle_force = -handle_;
         report.body_force = body_;
         report.contact_force.setZero();
@@ -100,7 +102,6 @@ public:
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) measure_hold(band, contact_.planes()[k], contact_.press(k).stiffness);
     }
 
-private:
     void solve_band(Band& band, RodReport& report) noexcept {
         const auto rhs = std::span(work_.rhs).first(kCoordinates * moving());
         std::copy(rhs.begin(), rhs.end(), work_.residual.begin());
@@ -370,6 +371,11 @@ private:
 
     /// The angles again, where the positions are now: what couples both beside friction is left out of the band.
     void turn_alone() noexcept {
+        assemble_turns();
+        twist_->solve_rows();
+    }
+
+    void assemble_turns() noexcept {
         contact_.evaluate();
         twist_->assemble();
         for (const Index k : contact_.near()) {
@@ -384,22 +390,26 @@ private:
             }
             work_.beside[plane.node + 1] += weight[0] * weight[1] * grip;
         }
-        twist_->solve_rows();
     }
 
     /// Returns the largest correction, m, before it was shortened.
     double apply_correction() noexcept {
         double largest = 0.0, turned = 0.0;
+        measure_correction(largest, turned);
+        const double most = std::min({1.0, kTrustRadius / largest, kTrustAngle / turned}); // by 0: infinite
+        move_by(most);
+        search_along(most, power_, [&](double part) { return power_at(part); }, [&](double part) { move_by(part); });
+        if constexpr (kTwists) turn_alone();
+        return std::max(largest, turned * model_.design.radius);
+    }
+
+    /// m, rad: of the correction; no less than they were.
+    void measure_correction(double& largest, double& turned) const noexcept {
         for (std::size_t i = 0; i < moving(); ++i) {
             const double* delta = work_.rhs.data() + kCoordinates * i;
             largest = std::max(largest, std::sqrt(delta[0] * delta[0] + delta[1] * delta[1] + delta[2] * delta[2]));
             if constexpr (kTwists) turned = std::max(turned, std::abs(delta[3]));
         }
-        const double most = std::min({1.0, kTrustRadius / largest, kTrustAngle / turned}); // by 0: infinite
-        move_by(most);
-        shorten(most);
-        if constexpr (kTwists) turn_alone();
-        return std::max(largest, turned * model_.design.radius);
     }
 
     void move_by(double scale) noexcept {
@@ -429,6 +439,11 @@ private:
     /// J; power over the correction of all forces where `part` of it is made: the planes' as they are there, the rest linear.
     [[nodiscard]] double power_at(double part) noexcept {
         double power = (1.0 - part) * power_;
+        add_contact_power(part, power);
+        return power;
+    }
+
+    void add_contact_power(double part, double& power) noexcept {
         for (RodContact* contact : {&contact_, &self_}) {
             contact->evaluate();
             for (const Index k : contact->near()) {
@@ -438,31 +453,6 @@ private:
                 Vec3 change = press.pushes ? contact->force(k) : Vec3(Vec3::Zero());
                 if (press.pushed) change += part * (press.start_stiffness * moved) - press.start_force;
                 power += change.dot(moved);
-            }
-        }
-        return power;
-    }
-
-    /// A correction that planes which it meets, or leaves, throw back ends where they balance the rest: a line search by regula falsi.
-    /// Planes that open each other in turn settle so.
-    void shorten(double most) noexcept {
-        double low = 0.0, high = most, at_low = power_, at_high = power_at(most);
-        if (!(at_high < -kOvershoot * power_)) return;
-        double part = most;
-        for (int round = 0, side = 0; round < kSearchRounds; ++round) {
-            const double next = low + (high - low) * at_low / (at_low - at_high);
-            move_by(next - part);
-            part = next;
-            const double power = power_at(part);
-            if (std::abs(power) <= kSearchTolerance * power_) return;
-            if (power > 0.0) {
-                low = part, at_low = power;
-                if (side > 0) at_high *= 0.5;
-                side = 1;
-            } else {
-                high = part, at_high = power;
-                if (side < 0) at_low *= 0.5;
-                side = -1;
             }
         }
     }

@@ -57,6 +57,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/effects/pulse", 3, 2},
     Folder{"engine/effects/coarse_contact", 3, 2},
     Folder{"engine/effects/self_contact", 3, 2},
+    Folder{"engine/effects/instrument_contact", 3, 2},
     Folder{"engine/effects/exact_contact", 3, 2},
     Folder{"engine/effects/friction", 3, 2},
     Folder{"engine/effects/twist", 3, 2},

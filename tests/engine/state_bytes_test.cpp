@@ -37,6 +37,7 @@ State one_of_each() {
     instrument.planes.resize(1);
     instrument.self_planes.resize(1);
     instrument.presses.resize(1);
+    state.meetings.resize(1);
     state.solids.touching.resize(1);
     state.solids.entries.resize(1);
     state.solids.contacts.resize(1);
@@ -89,6 +90,9 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         const std::size_t size = sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; }, size, "RodPlane");
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].self_planes[0]; }, size, "RodPlane of the rod");
+        const auto& [plane, rod, other_rod] = state.meetings[0];
+        (void)plane;
+        expect_every_byte<fem::RodMeeting>([](State& s) -> fem::RodMeeting& { return s.meetings[0]; }, size + sum_of_sizes(rod, other_rod), "RodMeeting");
     }
     {
         const auto& [a, b, c, d, e, f, g] = state.bodies[0].springs.springs[0];
@@ -141,6 +145,7 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"exact_candidates", [](State& s) { ++s.instruments[0].exact_candidates; }},
         {"solids.taken_j", [](State& s) { s.solids.taken_j += 1.0; }},
         {"a plane", [](State& s) { s.instruments[0].planes.pop_back(); }},
+        {"a meeting", [](State& s) { s.meetings.pop_back(); }},
         {"a plane of the rod itself", [](State& s) { s.instruments[0].self_planes.pop_back(); }},
     };
     for (const auto& [what, edit] : edits) {

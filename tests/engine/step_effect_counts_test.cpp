@@ -15,18 +15,22 @@ std::string everything(const std::string& effects) {
     host_body +=
         R"("table": {"kind": "static", "surface": {"shape": "box", "centre": [10, 0, 24.8], "extent": [120, 120, 10], "cells": 6}},)";
     std::string text = test::bent_tube_scene({.budget = "work:100000", .effects = effects, .host_body = host_body});
+    const std::string second = R"({"wire": {)";
+    text.replace(text.find(second), second.size(), R"({"beside": {"length": 220, "radius": 0.4, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500,
+        "tip": {"shape": "straight"}, "lumen": "tube", "entry": {"position": [1.5, 0, 10], "direction": [0, 0, 1]}, "path": [[0, 20, 0], [2, 60, 1]]},
+        "wire": {)");
     text.replace(text.rfind('}'), 1, R"(, "gravity": [0, 0, -9810], "contact": {"solid_stiffness": 1, "solid_friction": 0.3}})");
     return text;
 }
 
 const std::vector<std::string> kAll{"elasticity",   "damping",       "gravity",  "breathing", "pulse",     "coarse_contact",
                                     "self_contact", "exact_contact", "friction", "twist",     "blood_drag",
-                                    "contrast",     "loads"};
+                                    "contrast",     "loads",         "instrument_contact"};
 
 std::string list_without(const std::string& left_out) {
     std::string list;
     for (const std::string& name : kAll)
-        if (name != left_out && !(left_out == "coarse_contact" && name == "self_contact") &&
+        if (name != left_out && !(left_out == "coarse_contact" && (name == "self_contact" || name == "instrument_contact")) &&
             !(left_out == "blood_drag" && name == "contrast")) // which would find a flow of its own
             list += (list.empty() ? "\"" : ", \"") + name + "\"";
     return list;

@@ -11,7 +11,7 @@ const EffectDescriptor coarse_contact{
     .label = "sphere trees",
     .doc = "Contacts by sphere trees, interrupted by the budget.",
     .acts_on = [](const SceneModel& model) { return model.effects.coarse_contact; },
-    .remove = [](SceneModel& model) { model.effects.coarse_contact = model.effects.self_contact = false; },
+    .remove = [](SceneModel& model) { model.effects.coarse_contact = model.effects.self_contact = model.effects.instrument_contact = false; },
     .explain = [](const Scene& scene, const SceneModel&) -> EffectLine {
         const bool on = scene.effects.coarse_contact;
         const std::string_view trees = kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)];
@@ -37,6 +37,7 @@ const EffectDescriptor coarse_contact{
         [](EffectSet& live, double share) {
             live.coarse_contact = live.coarse_contact && share > 0.0;
             live.self_contact = live.self_contact && share > 0.0;
+            live.instrument_contact = live.instrument_contact && share > 0.0;
         },
 };
 

@@ -75,16 +75,16 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
 } // namespace
 
 void stop_drive(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
-    for (const std::size_t one : coaxial(model, index)) {
+    for (const std::size_t one : solved_with(model, rods, index)) {
         InstrumentScratch& scratch = rods.instruments[one];
         scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
         state.instruments[one].drive_stopped = true;
     }
 }
 
-ExactForecast forecast_exact(const SceneModel& model, std::size_t index, const State& state) noexcept {
+ExactForecast forecast_exact(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) noexcept {
     ExactForecast forecast;
-    for (const std::size_t one : coaxial(model, index)) forecast.triangles += model.instruments[one].topology.triangles.size();
+    for (const std::size_t one : solved_with(model, rods, index)) forecast.triangles += model.instruments[one].topology.triangles.size();
     forecast.candidates = state.instruments[index].exact_candidates;
     return forecast;
 }
@@ -180,11 +180,11 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     if (reach) keep_within_reach(model, index, state, rods);
     if (budget != nullptr) budget->end_solve();
     Phase phase(budget, StepPart::Skin);
-    for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, rods);
+    for (const std::size_t one : solved_with(model, rods, index)) refit_skin(model, one, state, rods);
     phase.end();
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
     const bool culled = rods.cull->wanted(state.instruments[index].exact_candidates, budget);
-    for (const std::size_t one : coaxial(model, index))
+    for (const std::size_t one : solved_with(model, rods, index))
         if (stats.finished) stats.add(search_skin(model, one, state, rods, model.contact.exact_distance, grant, culled));
     if (budget != nullptr) budget->settle_tests(forecast, grant);
     return stats;
@@ -196,7 +196,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     const std::size_t known = rods.hits.size();
     const double reach = suggest_plane_reach(model, index, state, rods);
     make_planes(model, index, state, rods, reach, budget);
-    std::array<std::size_t, 2> base_planes{};
+    std::array<std::size_t, fem::kMostTogether> base_planes{};
     InstrumentState& now = state.instruments[index];
     const ExactForecast forecast{now.exact_candidates, rods.instruments[index].forecast.triangles}; // of a round
     ExactOutcome outcome;
@@ -206,8 +206,8 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         const collision::ExactStats stats =
             solve_and_test(model, index, state, rods, forecast, budget, round == 0 ? std::optional(reach) : std::nullopt);
         if (round == 0)
-            for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
-                base_planes[k] = state.instruments[coaxial(model, index).index[k]].planes.size();
+            for (std::size_t k = 0; k < solved_with(model, rods, index).count; ++k)
+                base_planes[k] = state.instruments[solved_with(model, rods, index).index[k]].planes.size();
         const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
         seen += candidates + stats.cluster_pairs;
         now.exact_candidates = stats.finished ? seen : std::max(seen, now.exact_candidates);
@@ -222,8 +222,8 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         if (round == kDriveStopRound) { // a jam: more planes would only squeeze harder
             stop_drive(model, index, state, rods);
             ++report.drive_stops;
-            for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
-                InstrumentState& one = state.instruments[coaxial(model, index).index[k]];
+            for (std::size_t k = 0; k < solved_with(model, rods, index).count; ++k) {
+                InstrumentState& one = state.instruments[solved_with(model, rods, index).index[k]];
                 one.planes.resize(base_planes[k]);
                 one.presses.resize(base_planes[k]);
             }

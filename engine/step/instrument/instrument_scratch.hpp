@@ -6,6 +6,7 @@
 #include "collision/search/interruptible_search.hpp"
 #include "engine/state/state.hpp"
 #include "engine/step/instrument/cull_stage.hpp"
+#include "fem/rod/rod_meetings.hpp"
 #include "fem/rod/rod_solver.hpp"
 #include "fem/rod/self_contact.hpp"
 #include "spheretree/traverse/descent.hpp"
@@ -56,6 +57,11 @@ struct RodsScratch {
     std::vector<InstrumentScratch> instruments;              // [instrument_count]
     std::vector<WallScratch> walls;                          // [body_count], of hollow bodies
     std::vector<std::unique_ptr<fem::RodSolver>> solvers;    // [instrument_count] null: solved with the instrument it runs in
+    // With the effect instrument_contact, of this step:
+    bool meet = false;
+    std::vector<std::size_t> together; // instruments that are solved together; the first one stands for all; empty: none
+    fem::RodMeetings meetings;
+    fem::TogetherWorkspace joint;
     collision::InterruptibleSearch search;
     std::unique_ptr<CullStage> cull; // with instruments
     std::vector<Contact> hits;       // of the exact stage of this step; the last round's

@@ -113,6 +113,7 @@ void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) 
         rods.instruments[i].wall_distance.clear();
         rods.instruments[i].proven = {};
     }
+    for (fem::RodMeeting& meeting : state.meetings) meeting.plane.start_force = meeting.plane.force, meeting.plane.start_drag = meeting.plane.drag;
 }
 
 void restore_instruments(const SceneModel& model, State& state, const RodsScratch& rods) {
@@ -167,6 +168,7 @@ void load_instruments(const SceneModel& model, const EffectSet& live, State& sta
         if (own.meets_itself) report.effects.note(effects::self_contact);
         if (!own.meets_itself) state.instruments[i].self_planes.clear();
     }
+    begin_meetings(model, live, state, rods, report);
 }
 
 static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
@@ -188,7 +190,7 @@ static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, co
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
     return {scratch.slowed ? scratch.thicker : model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report,
-            now.self_planes};
+            now.self_planes, static_cast<Index>(index)};
 }
 
 std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {
@@ -199,12 +201,28 @@ std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t
     return fem::make_implicit_solver();
 }
 
+/// All of what is solved together; their drives first, which the rods refer to.
+template <std::size_t... kRod>
+static void solve_joint(const SceneModel& model, bool rough, State& state, RodsScratch& rods, std::index_sequence<kRod...>) {
+    const auto instrument = [&](std::size_t k) { return rods.together[std::min(k, rods.together.size() - 1)]; };
+    std::array<fem::RodDrive, sizeof...(kRod)> drive{make_drive(model, instrument(kRod), rods)...};
+    for (fem::RodDrive& one : drive) one.rough = rough;
+    const std::array<fem::SolvedRod, sizeof...(kRod)> all{make_solved(model, instrument(kRod), drive[kRod], state, rods)...};
+    for (fem::RodMeeting& meeting : state.meetings) meeting.plane.force = meeting.plane.start_force, meeting.plane.drag = meeting.plane.start_drag;
+    fem::solve_together(std::span(all).first(rods.together.size()), state.meetings, model.step_s, rods.joint);
+}
+
 /// From the step's start, with the forces that it began with.
 static void solve_rods(const SceneModel& model, std::size_t index, bool rough, State& state, RodsScratch& rods) {
-    for (const std::size_t one : coaxial(model, index)) {
+    for (const std::size_t one : solved_with(model, rods, index)) {
         state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
         for (auto* planes : {&state.instruments[one].planes, &state.instruments[one].self_planes})
             for (fem::RodPlane& plane : *planes) plane.force = plane.start_force, plane.drag = plane.start_drag;
+    }
+    if (!rods.together.empty() && rods.together.front() == index) {
+        solve_joint(model, rough, state, rods, std::make_index_sequence<fem::kMostTogether>());
+        for (const std::size_t one : rods.together) rods.instruments[one].iterations += rods.instruments[one].rod_report.iterations;
+        return;
     }
     fem::RodDrive drive = make_drive(model, index, rods);
     drive.rough = rough;
@@ -219,29 +237,42 @@ static void solve_rods(const SceneModel& model, std::size_t index, bool rough, S
     rods.instruments[index].iterations += own.report.iterations;
 }
 
-/// Until the rod is proven not to have passed through itself, or as often as that is worth: what is proven then is taken, hold_rods.
+/// Is what the rods may not pass proven apart? Where not there are planes that the last solve lacked.
+static bool check_apart(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    bool apart = true;
+    for (const std::size_t one : solved_with(model, rods, index)) {
+        InstrumentScratch& own = rods.instruments[one];
+        InstrumentState& now = state.instruments[one];
+        if (own.meets_itself) apart = own.self.check(model.instruments[one].rod, own.rod_t0.position, now.rod.position, now.self_planes) && apart;
+    }
+    if (rods.together.empty() || rods.together.front() != index) return apart;
+    return check_meetings(model, state, rods) && apart;
+}
+
+/// Until the rods are proven not to have passed through themselves or one another, or as often as that is worth: what is proven then is taken,
+/// hold_rods.
 static void solve_apart(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
-    const fem::RodModel& rod = model.instruments[index].rod;
-    InstrumentScratch& own = rods.instruments[index];
-    InstrumentState& now = state.instruments[index];
-    const std::span<const Vec3> from = own.rod_t0.position;
-    if (!own.self.has_begun()) {
-        own.self.begin(rod, from, now.rod.position, model.step_s);
-        own.self.list_planes(rod, from, now.rod.position, now.self_planes);
+    for (const std::size_t one : solved_with(model, rods, index)) {
+        InstrumentScratch& own = rods.instruments[one];
+        InstrumentState& now = state.instruments[one];
+        if (!own.meets_itself || own.self.has_begun()) continue;
+        own.self.begin(model.instruments[one].rod, own.rod_t0.position, now.rod.position, model.step_s);
+        own.self.list_planes(model.instruments[one].rod, own.rod_t0.position, now.rod.position, now.self_planes);
     }
     for (unsigned round = 0; round < kMostSelfRounds; ++round) {
         solve_rods(model, index, false, state, rods);
-        if (own.self.check(rod, from, now.rod.position, now.self_planes)) return;
+        if (check_apart(model, index, state, rods)) return;
     }
 }
 
 void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, bool rough) {
-    if (is_coaxial_inner(model, index)) return;
-    if (rods.instruments[index].meets_itself && !rough)
+    if (is_solved_with_another(model, rods, index)) return;
+    const bool met = !rods.together.empty() && rods.together.front() == index;
+    if ((rods.instruments[index].meets_itself || met) && !rough)
         solve_apart(model, index, state, rods);
     else
         solve_rods(model, index, rough, state, rods);
-    for (const std::size_t one : coaxial(model, index)) {
+    for (const std::size_t one : solved_with(model, rods, index)) {
         const InstrumentModel& instrument = model.instruments[one];
         InstrumentState& now = state.instruments[one];
         fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, rods.instruments[one].axis, now.skin);
@@ -333,6 +364,11 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
             report.self_force_n += plane.force;
         }
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
+    }
+    for (const fem::RodMeeting& meeting : state.meetings) {
+        if (!(meeting.plane.force > 0.0)) continue;
+        ++report.instrument_contacts;
+        report.instrument_force_n += meeting.plane.force;
     }
     if (model.instruments.empty()) return;
     const fem::RodReport& first = rods.instruments[kLeadInstrument].rod_report;

@@ -20,10 +20,49 @@ struct Coaxial {
     return {{instrument, wire.value_or(instrument)}, wire ? std::size_t{2} : std::size_t{1}};
 }
 
+/// What is solved and tested together in this step: instruments that may meet one another, the first of which stands for all of them, or else an
+/// instrument and the wire in its bore.
+struct SolvedTogether {
+    std::array<std::size_t, fem::kMostTogether> index;
+    std::size_t count;
+
+    [[nodiscard]] const std::size_t* begin() const noexcept { return index.data(); }
+    [[nodiscard]] const std::size_t* end() const noexcept { return index.data() + count; }
+};
+[[nodiscard]] inline SolvedTogether solved_with(const SceneModel& model, const RodsScratch& rods, std::size_t instrument) noexcept {
+    SolvedTogether all{};
+    if (!rods.together.empty() && rods.together.front() == instrument) {
+        for (const std::size_t one : rods.together) all.index[all.count++] = one;
+        return all;
+    }
+    for (const std::size_t one : coaxial(model, instrument)) all.index[all.count++] = one;
+    return all;
+}
+
 /// A wire in another instrument's bore: whatever is done to that one is done to it.
 [[nodiscard]] inline bool is_coaxial_inner(const SceneModel& model, std::size_t instrument) noexcept {
     return model.instruments[instrument].inside.has_value();
 }
+
+/// The same in this step, of those that may meet others too.
+[[nodiscard]] inline bool is_solved_with_another(const SceneModel& model, const RodsScratch& rods, std::size_t instrument) noexcept {
+    if (is_coaxial_inner(model, instrument)) return true;
+    for (std::size_t k = 1; k < rods.together.size(); ++k)
+        if (rods.together[k] == instrument) return true;
+    return false;
+}
+
+/// What met in the last step looks ahead together.
+void begin_meetings(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report);
+
+/// Which instruments may meet one another in this step, after the look ahead; lists their half-spaces. Nothing without the effect.
+void find_meetings(const SceneModel& model, State& state, RodsScratch& rods);
+
+/// Did the last solve keep them apart? Where not there are half-spaces that it lacked.
+[[nodiscard]] bool check_meetings(const SceneModel& model, State& state, RodsScratch& rods);
+
+/// [-] of the step's motion as it ends that is proven not to take instruments through one another; 1 without the effect.
+[[nodiscard]] double find_met_share(const SceneModel& model, const State& state, RodsScratch& rods);
 
 /// Notes where the instruments are before the step moves them, and puts them back there.
 void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods);
@@ -135,7 +174,7 @@ void build_exact_trees(const SceneModel& model, std::size_t instrument, const St
 void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
 
 /// What the exact stage of an instrument, and of the wire in its bore, is expected to do: the numbers of its last run.
-[[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state) noexcept;
+[[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods) noexcept;
 
 /// Normal forces of the planes become springs on the coarse nodes that carry the wall.
 void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
@@ -150,6 +189,9 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
 /// The same of the places where the rod presses on itself: both things are the instrument, features are its nodes.
 void list_self_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin,
                        std::vector<Contact>& contacts);
+
+/// The same of all places where instruments press on one another: features are their nodes.
+void list_meetings(const SceneModel& model, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);
 
 /// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
 [[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);

@@ -312,13 +312,13 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
 }
 
 void plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
-    for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, rods, reach);
+    for (const std::size_t one : solved_with(model, rods, index)) plane_from_wall(model, one, state, rods, reach);
 }
 
 double longest_approach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double longest = 0.0;
-    for (const std::size_t one : coaxial(model, index))
+    for (const std::size_t one : solved_with(model, rods, index))
         longest = std::max(longest, longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position));
     return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].way : 0.0);
 }
@@ -333,7 +333,7 @@ bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, 
     if (!(reach < farthest_reach(model, index, rods))) return false;
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double farthest = 0.0; // in an iteration: it may overshoot what the solve ends with by far
-    for (const std::size_t one : coaxial(model, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
+    for (const std::size_t one : solved_with(model, rods, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
     if (wall.moves()) farthest += rods.walls[model.instruments[index].lumen].way;
     return std::max(farthest, longest_approach(model, index, state, rods)) > reach;
 }
@@ -370,9 +370,9 @@ static bool may_have_met_unknown(const SceneModel& model, std::size_t index, con
 void keep_within_reach(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
     for (const double thicker : kThicker) {
         bool within = true;
-        for (const std::size_t one : coaxial(model, index)) within = within && !may_have_met_unknown(model, one, state, rods);
+        for (const std::size_t one : solved_with(model, rods, index)) within = within && !may_have_met_unknown(model, one, state, rods);
         if (within) return;
-        for (const std::size_t one : coaxial(model, index)) {
+        for (const std::size_t one : solved_with(model, rods, index)) {
             InstrumentScratch& own = rods.instruments[one];
             own.slowed = true;
             own.thicker.design.transverse_drag = std::max(thicker, model.instruments[one].rod.design.transverse_drag);
@@ -458,7 +458,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
 
 void solve_where_it_stands(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
     Phase phase(budget, StepPart::Planes);
-    for (const std::size_t one : coaxial(model, index)) plane_where_it_stands(model, one, state, rods);
+    for (const std::size_t one : solved_with(model, rods, index)) plane_where_it_stands(model, one, state, rods);
     phase.end();
     budget.begin_solve();
     solve_instrument(model, index, state, rods);
@@ -466,7 +466,7 @@ void solve_where_it_stands(const SceneModel& model, std::size_t index, State& st
 }
 
 bool penetrates_wall(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
-    for (const std::size_t one : coaxial(model, index))
+    for (const std::size_t one : solved_with(model, rods, index))
         if (rod_penetrates_wall(model, one, state, rods)) return true;
     return false;
 }

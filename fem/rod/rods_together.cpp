@@ -1,0 +1,319 @@
+#include "fem/rod/rods_together.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace trocar::fem {
+
+namespace {
+
+/// The bands of all rods, one after another.
+class BandOfAll {
+public:
+    BandOfAll(std::span<RodOfMany> rods) noexcept : rods_(rods) {}
+    void solve_again(std::span<double> x, std::size_t) noexcept {
+        for (RodOfMany& rod : rods_) {
+            rod.part().solve_again(x.first(rod.part().size()));
+            x = x.subspan(rod.part().size());
+        }
+    }
+
+private:
+    std::span<RodOfMany> rods_;
+};
+
+/// One stage of all rods.
+class StepOfAll {
+public:
+    StepOfAll(std::span<const SolvedRod> solved, std::span<RodMeeting> meetings, std::span<RodOfMany> rods, TogetherWorkspace& work) noexcept
+        : solved_(solved), meetings_(meetings), rods_(rods), work_(work), all_(rods) {
+        std::size_t size = 0;
+        for (std::size_t r = 0; r < rods.size(); ++r) from_[r] = size, size += part(r).size();
+        size_ = size;
+        for (auto* list : {&work.all.rhs, &work.all.residual, &work.all.remainder, &work.all.guess, &work.all.direction, &work.all.banded, &work.all.solution})
+            if (list->size() < size) list->resize(size); // never shrinks
+        work.presses.resize(std::max(work.presses.size(), meetings.size()));
+        for (std::size_t k = 0; k < meetings.size(); ++k) begin_meeting(k);
+    }
+
+    /// Returns whether positions and contact forces settled.
+    bool solve() noexcept {
+        double correction = 0.0, change = 0.0;
+        std::array<double, kMostTogether> farthest_sq{};
+        bool settled = false;
+        for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
+            for (std::size_t r = 0; r < rods_.size(); ++r) farthest_sq[r] = std::max(farthest_sq[r], part(r).farthest_from_start_sq());
+            evaluate(iteration == 0);
+            if (iteration > 0) {
+                const double largest = largest_force();
+                const bool bounds = correction <= kBoundWithin;
+                change = update(bounds);
+                settled = solved_[0].drive.rough ? correction <= kRoughTolerance
+                                                 : correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
+                if (settled) break;
+                if (bounds) evaluate(false);
+            }
+            for (const SolvedRod& rod : solved_) ++rod.report.iterations;
+            find_correction();
+            correction = apply_correction();
+        }
+        stay_in_cone();
+        for (std::size_t r = 0; r < rods_.size(); ++r) {
+            RodReport& report = solved_[r].report;
+            report.farthest_m += std::sqrt(farthest_sq[r]);
+            report.unconverged += !settled;
+            report.largest_residual = std::max(report.largest_residual, correction);
+            report.force_error = std::max(report.force_error, change);
+        }
+        return settled;
+    }
+
+    void balance() noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).begin_balance();
+        std::array<Vec3, kMostTogether> pressed;
+        pressed.fill(Vec3::Zero());
+        push_meetings();
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            pressed[press(k).part[0]] += force(k);
+            pressed[press(k).part[1]] -= force(k);
+        }
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).end_balance(pressed[r], solved_[r].report);
+    }
+
+private:
+    [[nodiscard]] RodPart& part(std::size_t r) noexcept { return rods_[r].part(); }
+    [[nodiscard]] MeetingPress& press(std::size_t k) noexcept { return work_.presses[k]; }
+    [[nodiscard]] RodPart& part_of(std::size_t k, int side) noexcept { return part(press(k).part[side]); }
+    [[nodiscard]] Vec3 force(std::size_t k) const noexcept { return meetings_[k].plane.force * meetings_[k].plane.normal + meetings_[k].plane.drag; }
+    [[nodiscard]] double bound_of(std::size_t k, double force) noexcept { return press(k).friction * meetings_[k].plane.friction_share * force; }
+    [[nodiscard]] Index find_part(Index id) const noexcept {
+        Index r = 0;
+        while (r + 1 < solved_.size() && solved_[r].id != id) ++r;
+        return r;
+    }
+
+    /// Where both touch lies between the axes as their radii divide it.
+    void begin_meeting(std::size_t k) noexcept {
+        RodPlane& plane = meetings_[k].plane;
+        MeetingPress& own = press(k);
+        own.part[0] = find_part(meetings_[k].rod), own.part[1] = find_part(meetings_[k].other_rod);
+        const SolvedRod &a = solved_[own.part[0]], &b = solved_[own.part[1]];
+        const auto on_axis = [](const SolvedRod& rod, Index node, double weight) {
+            return Vec3((1.0 - weight) * rod.workspace.start[node] + weight * rod.workspace.start[node + 1]);
+        };
+        const double apart = plane.normal.dot(on_axis(a, plane.node, plane.weight) - on_axis(b, plane.other, plane.other_weight));
+        const double ra = a.model.design.radius, rb = b.model.design.radius, lever = apart * ra / (ra + rb);
+        own.place[0] = part_of(k, 0).place(plane.node, plane.weight, -lever * plane.normal);
+        own.place[1] = part_of(k, 1).place(plane.other, plane.other_weight, (apart - lever) * plane.normal);
+        own.across = kSelfAugmentation * std::sqrt(part_of(k, 0).stiffness() * part_of(k, 1).stiffness());
+        own.softness = 0.5 / a.drive.contact_stiffness + 0.5 / b.drive.contact_stiffness;
+        own.friction = std::sqrt(a.drive.friction * b.drive.friction);
+        begin_press(plane, own.press, bound_of(k, plane.force));
+    }
+
+    void evaluate_meetings(bool held) noexcept {
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            RodPlane& plane = meetings_[k].plane;
+            MeetingPress& own = press(k);
+            const double depth = plane.offset - plane.normal.dot(part_of(k, 0).point(own.place[0]) - part_of(k, 1).point(own.place[1]));
+            evaluate_press(plane, own.press, depth, own.across, own.softness, bound_of(k, own.press.bounding), held && own.press.force > 0.0, [&] {
+                const Vec3 moved = part_of(k, 0).displacement(own.place[0]) - part_of(k, 1).displacement(own.place[1]);
+                return Vec3(moved - plane.normal.dot(moved) * plane.normal);
+            });
+        }
+    }
+    void evaluate(bool held) noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).evaluate(held);
+        evaluate_meetings(held);
+    }
+    [[nodiscard]] double largest_force() noexcept {
+        double largest = 0.0;
+        for (std::size_t r = 0; r < rods_.size(); ++r) largest = std::max(largest, part(r).largest_force());
+        for (const RodMeeting& meeting : meetings_) largest = std::max(largest, meeting.plane.force);
+        return largest;
+    }
+    [[nodiscard]] double update(bool bounds) noexcept {
+        double change = 0.0;
+        for (std::size_t r = 0; r < rods_.size(); ++r) change = std::max(change, part(r).update(bounds));
+        for (std::size_t k = 0; k < meetings_.size(); ++k) change = std::max(change, update_press(meetings_[k].plane, press(k).press, bounds));
+        return change;
+    }
+    void stay_in_cone() noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).stay_in_cone();
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            RodPlane& plane = meetings_[k].plane;
+            const double most = bound_of(k, plane.force), drag = std::sqrt(plane.drag.squaredNorm());
+            if (drag > most) plane.drag *= most / drag;
+        }
+    }
+
+    void push_meetings() noexcept {
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            RodPress& own = press(k).press;
+            own.pushed = own.pushes;
+            if (!own.pushes) continue;
+            const Vec3& normal = meetings_[k].plane.normal;
+            own.start_force = force(k);
+            own.start_stiffness = own.stiffness * normal * normal.transpose() + own.aside;
+            part_of(k, 0).push_place(press(k).place[0], own.start_force, own.start_stiffness);
+            part_of(k, 1).push_place(press(k).place[1], -own.start_force, own.start_stiffness);
+        }
+    }
+
+    template <class List>
+    [[nodiscard]] auto of(std::size_t r, List list) noexcept {
+        return list.subspan(from_[r], part(r).size());
+    }
+
+    void find_correction() noexcept {
+        const std::span<double> b = std::span(work_.all.residual).first(size_), x = std::span(work_.all.rhs).first(size_);
+        bool coupled = false;
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).assemble();
+        push_meetings();
+        for (std::size_t k = 0; k < meetings_.size(); ++k) coupled = coupled || press(k).press.pushed;
+        for (std::size_t r = 0; r < rods_.size(); ++r) {
+            part(r).solve_band(of(r, b), of(r, x));
+            coupled = coupled || part(r).is_coupled();
+        }
+        if (coupled) {
+            const unsigned inner = conjugate_gradients(all_, std::span<const double>(b), x, work_.all,
+                                                       [&](std::span<const double> p, std::span<double> out) { couple(p, out); });
+            for (const SolvedRod& rod : solved_) rod.report.inner_iterations += inner;
+        }
+        power_ = 0.0;
+        for (std::size_t k = 0; k < size_; ++k) power_ += x[k] * b[k];
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).set_correction(of(r, x));
+    }
+
+    /// What each place feels of the other one's motion.
+    void couple(std::span<const double> p, std::span<double> out) noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r)
+            if (part(r).is_coupled()) part(r).couple_itself(of(r, p), of(r, out));
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            const MeetingPress& own = press(k);
+            if (!own.press.pushed) continue;
+            for (int side = 0; side < 2; ++side) {
+                const Index a = own.part[side], b = own.part[1 - side];
+                const Vec3 moved = part(b).motion_at(own.place[1 - side], of(b, p));
+                part(a).take_force(own.place[side], -(own.press.start_stiffness * moved), of(a, out));
+            }
+        }
+    }
+
+    /// Returns the largest correction, m, before it was shortened.
+    double apply_correction() noexcept {
+        double largest = 0.0, turned = 0.0, radius = 0.0;
+        for (std::size_t r = 0; r < rods_.size(); ++r) {
+            part(r).measure_correction(largest, turned);
+            radius = std::max(radius, solved_[r].model.design.radius);
+        }
+        const double most = std::min({1.0, kTrustRadius / largest, kTrustAngle / turned}); // by 0: infinite
+        move_by(most);
+        search_along(most, power_, [&](double share) { return power_at(share); }, [&](double share) { move_by(share); });
+        turn_alone();
+        return std::max(largest, turned * radius);
+    }
+
+    void move_by(double share) noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).move_by(share);
+    }
+
+    [[nodiscard]] double power_at(double share) noexcept {
+        double power = (1.0 - share) * power_;
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).add_contact_power(share, power);
+        evaluate_meetings(false);
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            const MeetingPress& own = press(k);
+            if (!own.press.pushes && !own.press.pushed) continue;
+            Vec3 moved = part_of(k, 0).motion_at(own.place[0], of(own.part[0], std::span<const double>(work_.all.rhs)));
+            moved -= part_of(k, 1).motion_at(own.place[1], of(own.part[1], std::span<const double>(work_.all.rhs)));
+            Vec3 change = own.press.pushes ? force(k) : Vec3(Vec3::Zero());
+            if (own.press.pushed) change += share * (own.press.start_stiffness * moved) - own.press.start_force;
+            power += change.dot(moved);
+        }
+        return power;
+    }
+
+    /// One rod's angles after another's: both at once would each turn all of the way.
+    void turn_alone() noexcept {
+        for (std::size_t r = 0; r < rods_.size(); ++r) {
+            if (!part(r).begin_turns()) continue;
+            evaluate_meetings(false);
+            for (std::size_t k = 0; k < meetings_.size(); ++k) {
+                if (!press(k).press.pushes) continue;
+                const Vec3& drag = meetings_[k].plane.drag;
+                if (press(k).part[0] == r) part(r).push_turn(press(k).place[0], drag, press(k).press.aside);
+                if (press(k).part[1] == r) part(r).push_turn(press(k).place[1], -drag, press(k).press.aside);
+            }
+            part(r).end_turns();
+        }
+    }
+
+    std::span<const SolvedRod> solved_;
+    std::span<RodMeeting> meetings_;
+    std::span<RodOfMany> rods_;
+    TogetherWorkspace& work_;
+    BandOfAll all_;
+    std::array<std::size_t, kMostTogether> from_{}; // of each rod's coordinates among all
+    std::size_t size_ = 0;
+    double power_ = 0.0; // J
+};
+
+void begin_stages(std::span<const SolvedRod> solved, std::span<RodOfMany> rods, unsigned k) noexcept {
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+        const SolvedRod& rod = solved[r];
+        RodStages& stages = *rods[r].stages;
+        stages.begin(k);
+        rods[r].twisted.reset(), rods[r].untwisted.reset();
+        const auto make = [&](auto& slot, RodTwist* twist) {
+            slot.emplace(rod.model, rod.state, rod.drive, rod.planes, rod.self, stages.dt(), stages.first(), stages.share(), rod.workspace, twist);
+        };
+        if (stages.twists())
+            make(rods[r].twisted, &stages.twist());
+        else
+            make(rods[r].untwisted, nullptr);
+    }
+}
+
+void end_stages(std::span<const SolvedRod> solved, std::span<const RodMeeting> meetings, bool settled, std::span<RodOfMany> rods) noexcept {
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+        const auto touch_others = [&](auto&& touch) {
+            for (const RodMeeting& meeting : meetings) {
+                if (!(meeting.plane.force > 0.0)) continue;
+                if (meeting.rod == solved[r].id) touch(meeting.plane.node, meeting.plane.weight);
+                if (meeting.other_rod == solved[r].id) touch(meeting.plane.other, meeting.plane.other_weight);
+            }
+        };
+        rods[r].stages->end(settled, solved[r].planes, solved[r].self, touch_others, solved[r].report);
+    }
+}
+
+} // namespace
+
+void reserve_together(std::size_t nodes, std::size_t meetings, TogetherWorkspace& work) {
+    RodWorkspace& all = work.all;
+    for (auto* list : {&all.rhs, &all.residual, &all.remainder, &all.guess, &all.direction, &all.banded, &all.solution})
+        list->resize(kTwistedCoordinates * nodes);
+    work.presses.reserve(meetings);
+}
+
+void solve_together(std::span<const SolvedRod> solved, std::span<RodMeeting> meetings, double step, TogetherWorkspace& work) noexcept {
+    assert(!solved.empty() && solved.size() <= kMostTogether);
+    const unsigned substeps = count_substeps(0.5 * step);
+    const std::span<RodOfMany> rods = std::span(work.rods).first(solved.size());
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+        solved[r].report = {};
+        rods[r].stages.emplace(solved[r].model, solved[r].state, solved[r].drive, step, substeps, solved[r].workspace);
+    }
+    for (unsigned k = 0; k < 2 * substeps; ++k) {
+        begin_stages(solved, rods, k);
+        StepOfAll stage(solved, meetings, rods, work);
+        const bool settled = stage.solve();
+        if (k + 1 == 2 * substeps) stage.balance();
+        end_stages(solved, meetings, settled, rods);
+    }
+    for (std::size_t r = 0; r < rods.size(); ++r) rods[r].stages->finish(solved[r].report);
+}
+
+} // namespace trocar::fem
