@@ -1,9 +1,5 @@
 #include "fem/rod/rod.hpp"
 
-#include "fem/rod/rod_parts.hpp"
-#include "fem/rod/rod_stages.hpp"
-#include "fem/rod/rod_step.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -27,27 +23,6 @@ void place_rod(const RodModel& model, const RodPort& port, double insertion, dou
     state.spin.assign(state.angle.size(), 0.0);
     for (std::size_t i = 0; i < nodes; ++i)
         state.position[i] = port.position + port.direction * (insertion - static_cast<double>(nodes - 1 - i) * model.segment);
-}
-
-RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
-                    std::span<RodPlane> planes, RodWorkspace& work, std::span<RodPlane> self) noexcept {
-    RodReport report;
-    RodStages stages(model, state, drive, step, substeps, work);
-    for (unsigned k = 0; k < 2 * substeps; ++k) {
-        stages.begin(k);
-        bool settled = true;
-        const auto advance = [&](auto&& rod_step) {
-            settled = rod_step.solve(report);
-            if (k + 1 == 2 * substeps) rod_step.balance(report);
-        };
-        if (stages.twists())
-            advance(RodStep<kTwistedCoordinates>(model, state, drive, planes, self, stages.dt(), stages.first(), stages.share(), work, &stages.twist()));
-        else
-            advance(RodStep<kRodCoordinates>(model, state, drive, planes, self, stages.dt(), stages.first(), stages.share(), work));
-        stages.end(settled, planes, self, [](auto&&) {}, report);
-    }
-    stages.finish(report);
-    return report;
 }
 
 } // namespace trocar::fem

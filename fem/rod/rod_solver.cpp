@@ -2,6 +2,8 @@
 
 #include "fem/rod/coaxial.hpp"
 #include "fem/rod/mass_spring.hpp"
+#include "fem/rod/rod_stages.hpp"
+#include "fem/rod/rod_step.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -10,6 +12,27 @@
 namespace trocar::fem {
 
 unsigned count_substeps(double step) noexcept { return std::max(1u, static_cast<unsigned>(std::ceil(step / kImplicitSubstep - 1e-9))); }
+
+RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
+                    std::span<RodPlane> planes, RodWorkspace& work, std::span<RodPlane> self) noexcept {
+    RodReport report;
+    RodStages stages(model, state, drive, step, substeps, work);
+    for (unsigned k = 0; k < 2 * substeps; ++k) {
+        stages.begin(k);
+        bool settled = true;
+        const auto advance = [&](auto&& rod_step) {
+            settled = rod_step.solve(report);
+            if (k + 1 == 2 * substeps) rod_step.balance(report);
+        };
+        if (stages.twists())
+            advance(RodStep<kTwistedCoordinates>(model, state, drive, planes, self, stages.dt(), stages.first(), stages.share(), work, &stages.twist()));
+        else
+            advance(RodStep<kRodCoordinates>(model, state, drive, planes, self, stages.dt(), stages.first(), stages.share(), work));
+        stages.end(settled, planes, self, [](auto&&) {}, report);
+    }
+    stages.finish(report);
+    return report;
+}
 
 namespace {
 
