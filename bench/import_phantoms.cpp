@@ -75,7 +75,7 @@ Result<void> write_phantom(const LabelPhantom& phantom, const std::filesystem::p
     const Result<std::string> packed = gzip_bytes(voxels);
     if (!packed.ok()) return packed.error();
     const double mm = 1e3 * phantom.voxel;
-    return write_file_atomically(file, fmt::format("NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: {0} {0} {0}\n"
+    return write_file_atomically(file, fmt::format("NRRD0004\ntype: unsigned char\ndimension: 3\nspace: right-anterior-superior\nsizes: {0} {0} {0}\n"
                                                    "space directions: ({1},0,0) (0,{1},0) (0,0,{1})\nencoding: gzip\nspace origin: (0,0,0)\n\n",
                                                    phantom.size, mm) +
                                            *packed);

@@ -100,7 +100,7 @@ TROCAR_API trocar_status trocar_get_report(const trocar_simulator* simulator, tr
 /* 64-bit hash of where everything is: equal hashes are equal bits. */
 TROCAR_API trocar_status trocar_get_hash(trocar_simulator* simulator, uint64_t* hash);
 
-/* What the hand feels of the first instrument after the last step. Either may be null.
+/* Of the drive on the first instrument, in the last step. Either may be null.
  * force_n     along the port's axis; positive: the drive pushes
  * torque_nm   about it; without the effect twist that of a shaped tip alone */
 TROCAR_API trocar_status trocar_get_handle(const trocar_simulator* simulator, double* force_n, double* torque_nm);

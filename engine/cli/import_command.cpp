@@ -86,7 +86,7 @@ int import_segmentation(ImportRequest& request) {
     const std::filesystem::path out = output_of(request);
     if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
     ImportSource source = source_of(request);
-    source.facts.emplace_back("frame", "left, posterior, superior (LPS), mm");
+    source.facts.emplace_back("frame", "right, anterior, superior (RAS), mm; what lay in LPS is turned");
     ProgressLine progress(!request.quiet);
     const auto show = [&](const std::string& what) { progress.show(what); };
     show("reading the label map");

@@ -9,7 +9,7 @@
 namespace trocar::engine {
 
 struct SegmentSurface {
-    TriMesh mesh;                   // m, left posterior superior
+    TriMesh mesh;                   // m, right anterior superior
     std::vector<VesselEnd> cut;     // where a side of the volume cuts it
     std::vector<std::string> repairs;
     std::vector<std::pair<std::string, std::string>> facts; // named: voxels, spacing, surface, assumptions

@@ -25,7 +25,8 @@ constexpr double kInserted = 10.0;
 const Vec3 kInsertion(65, -5, 35), kDirection(-1, 0, 1); // mm, -
 constexpr const char* kTargetCurves[] = {"LCCA", "LVA", "RCCA", "RVA"};
 
-Vec3 to_curves(const Vec3& steve) { return {-steve.z(), steve.x(), -steve.y()}; }
+/// The files' curves lie in LPS, of which stEVE's frame is (y, -z, -x).
+Vec3 to_curves(const Vec3& steve) { return {steve.z(), -steve.x(), -steve.y()}; }
 
 std::string shown(const Vec3& p) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", p.x(), p.y(), p.z()); }
 
@@ -107,7 +108,7 @@ Result<SteveSetup> import_dual_device_nav(const fs::path& folder, const std::fun
     setup.instruments = steve_instrument_text({"micro_catheter", 900, 0.7, 0.57, 0.6, 0, 0, 1e3, 1e3, 5e-6, 0.001}, "", place, setup.notes) + ",\n" +
                         steve_instrument_text({"micro_guide_wire", 900, 0.36, 0.36, 0.36, 0, 0, 1e3, 1e3, 5e-6, 0.001}, "micro_catheter",
                                               fmt::format("\"inserted\": {:.6g}", inserted), setup.notes);
-    setup.notes.emplace_back("frame: that of the centrelines; stEVE's own is (y, -z, -x) of it");
+    setup.notes.emplace_back("frame: that of the centrelines, turned into RAS; stEVE's own is (-y, -z, x) of it");
     return setup;
 }
 

@@ -36,7 +36,7 @@ Result<CurveSet> read_slicer(const std::filesystem::path& path) {
         }
     }
     if (set.curves.empty()) return Error{ErrorCode::BadValue, fmt::format("holds no curve among {} markups", other), path.string()};
-    set.facts.emplace_back("frame", "left, posterior, superior (LPS), mm");
+    set.facts.emplace_back("frame", "right, anterior, superior (RAS), mm; what lay in LPS is turned");
     set.facts.emplace_back("markups", fmt::format("{} curves of {} files, {} other markups passed over", set.curves.size(), files->size(), other));
     return set;
 }

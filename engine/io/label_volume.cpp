@@ -48,7 +48,7 @@ Result<void> set_frame(LabelVolume& volume, const Mat3& directions, const Vec3& 
                                    a, b, cosine));
     }
     if (!is_finite(volume.origin) || !(volume.origin.norm() < kFarthestOrigin)) return bad("the origin is not finite, or a kilometre away");
-    if (!is_ras) return {};
+    if (is_ras) return {};
     volume.axes.topRows<2>() *= -1.0;
     volume.origin.head<2>() *= -1.0;
     return {};

@@ -29,7 +29,7 @@ struct LabelVolume {
     std::array<std::size_t, 3> size{}; // voxels along i, j, k
     std::size_t layers = 1;            // that may overlap
     Mat3 axes = Mat3::Identity();      // columns: m from a voxel to the next along i, j, k; perpendicular
-    Vec3 origin = Vec3::Zero();        // m, middle of voxel (0, 0, 0); left, posterior, superior
+    Vec3 origin = Vec3::Zero();        // m, middle of voxel (0, 0, 0); right, anterior, superior (RAS), as everything in the engine
     std::vector<LabelSegment> segments; // that the file names; empty: none
     std::vector<std::string> notes;     // assumptions: a frame that the file does not say, ...
 

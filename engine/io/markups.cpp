@@ -78,12 +78,12 @@ private:
         return bad(key + ".coordinateUnits", fmt::format("found '{}'; expected mm, cm, m or um", unit));
     }
 
-    /// +1 or -1 of x and y: RAS is turned into LPS. Old files write 0 (RAS) or 1 (LPS).
+    /// +1 or -1 of x and y: LPS, which a file that says none is in, is turned into RAS. Old files write 0 (RAS) or 1 (LPS).
     Result<double> turn_of(const Json& json, const std::string& key) const {
-        if (!json.contains("coordinateSystem")) return 1.0;
+        if (!json.contains("coordinateSystem")) return -1.0;
         const Json& system = json["coordinateSystem"];
-        if (system == "LPS" || system == "1" || system == 1) return 1.0;
-        if (system == "RAS" || system == "0" || system == 0) return -1.0;
+        if (system == "LPS" || system == "1" || system == 1) return -1.0;
+        if (system == "RAS" || system == "0" || system == 0) return 1.0;
         return bad(key + ".coordinateSystem", "expected LPS or RAS");
     }
 
@@ -151,7 +151,7 @@ private:
 std::string quoted(const std::string& text) { return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 std::string markup_text(const Markup& markup) {
-    std::string text = fmt::format("        {{\n            \"type\": {},\n            \"coordinateSystem\": \"LPS\",\n            "
+    std::string text = fmt::format("        {{\n            \"type\": {},\n            \"coordinateSystem\": \"RAS\",\n            "
                                    "\"coordinateUnits\": \"mm\",\n",
                                    quoted(markup.type));
     if (!markup.name.empty()) text += fmt::format("            \"name\": {},\n", quoted(markup.name));

@@ -11,7 +11,7 @@
 
 namespace trocar::engine {
 
-/// One node of a Markups file. Positions are left, posterior, superior (LPS), whatever the file's coordinate system.
+/// One node of a Markups file. Positions are right, anterior, superior (RAS), whatever the file's coordinate system.
 struct Markup {
     std::string type = "Curve";      // Curve, ClosedCurve, Fiducial, ...
     std::string name;                // empty: the file says none
@@ -26,7 +26,7 @@ struct Markup {
 [[nodiscard]] Result<std::vector<Markup>> read_markups(const std::filesystem::path& path);
 inline constexpr std::size_t kMostMarkupPoints = 2'000'000;
 
-/// In mm and LPS; all digits of every number.
+/// In mm and RAS; all digits of every number.
 [[nodiscard]] Result<void> write_markups(const std::filesystem::path& path, std::span<const Markup> markups);
 
 } // namespace trocar::engine

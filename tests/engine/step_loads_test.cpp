@@ -58,7 +58,7 @@ static std::string rod_scene(const std::string& more, const std::string& effects
     "units": {{"length": "mm", "pressure": "MPa"}}, "time": {{"step": 0.005, "duration": 2}}, "budget": "exact",
     "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "sides": 16,
         "axis": [[0, 0, -5, 20], [0, 0, 30, 20], [0, 0, 60, 20], [0, 0, 90, 20]]}}}}}},
-    "instruments": {{"rod": {{"length": 120, "radius": 0.5, "young_modulus": 1000, "density": 1100, "segment": 2.5, "skin_triangles": 2000, "drag": 100,
+    "instruments": {{"rod": {{"length": 120, "radius": 0.5, "young_modulus": 1000, "density": 1100, "segment": 2.5, "skin_triangles": 2000, "drag": 100, "stiffness": [[0, 1]],
         "tip": {{"shape": "straight"}}, "inserted": 50, "friction": 0, "lumen": "tube", "entry": {{"position": [0, 0, 0], "direction": [0, 0, 1]}},
         "path": [[0, 50, 0], [10, 50, 0]]{}}}}},
     "effects": [{}]

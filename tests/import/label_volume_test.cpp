@@ -26,7 +26,7 @@ void expect_same(const LabelVolume& volume, const Phantom& phantom, double toler
                 const std::size_t v = phantom.at(i, j, k);
                 ASSERT_EQ(volume.label(v), phantom.voxels[v]);
                 const Vec3 place = volume.origin + volume.axes * Vec3(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
-                ASSERT_LT((1e3 * place - phantom.place(i, j, k)).norm(), tolerance_mm);
+                ASSERT_LT((1e3 * place - to_ras(phantom.place(i, j, k))).norm(), tolerance_mm);
             }
 }
 

@@ -49,7 +49,7 @@ protected:
 };
 
 /// m -> the phantom's own frame, mm.
-Vec3 own_place(const Phantom& phantom, const Vec3& p) { return phantom.turn.transpose() * (1e3 * p - phantom.origin); }
+Vec3 own_place(const Phantom& phantom, const Vec3& p) { return phantom.turn.transpose() * (to_ras(1e3 * p) - phantom.origin); }
 
 /// mm; largest difference between the radii of the centreline and of the phantom, where no end and no fork is near.
 double radius_error(const Phantom& phantom, const std::vector<Branch>& branches, const ImportedVessel& vessel, const std::vector<Vec3>& forks, std::size_t& counted) {

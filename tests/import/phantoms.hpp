@@ -47,6 +47,9 @@ inline NearestAxis nearest_axis(const std::vector<Branch>& branches, const Vec3&
     return best;
 }
 
+/// What lies in the frame of medical images (LPS) in the engine's (RAS), and back.
+inline Vec3 to_ras(const Vec3& lps) { return {-lps.x(), -lps.y(), lps.z()}; }
+
 /// A label map in memory: voxels of `spacing` mm, turned by `turn` (LPS), label 1 inside.
 struct Phantom {
     std::array<std::size_t, 3> size{};

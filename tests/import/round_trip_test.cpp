@@ -126,6 +126,17 @@ TEST_F(RoundTrips, OfAVesselThroughItsCentrelineKeepItsRadii) {
     EXPECT_NEAR(second->targets[0].narrowest, first->targets[0].narrowest, 2e-4);
 }
 
+TEST_F(RoundTrips, OfMarkupsTurnLeftPosteriorIntoRightAnterior) {
+    const auto first = [&](const std::string& more) {
+        const auto read = read_markups(write("turned.mrk.json", R"({"markups": [{"type": "Curve", )" + more +
+                                                                R"("controlPoints": [{"position": [1, 2, 3]}, {"position": [4, 5, 6]}]}]})"));
+        return read.ok() ? Vec3(1e3 * (*read)[0].points[0]) : Vec3(Vec3::Zero());
+    };
+    EXPECT_LT((first("") - Vec3(-1, -2, 3)).norm(), 1e-9); // Slicer's own default
+    EXPECT_LT((first(R"("coordinateSystem": "LPS", )") - Vec3(-1, -2, 3)).norm(), 1e-9);
+    EXPECT_LT((first(R"("coordinateSystem": "RAS", )") - Vec3(1, 2, 3)).norm(), 1e-9);
+}
+
 TEST_F(RoundTrips, OfBrokenCentrelinesAreRefusedWithWhatWasExpected) {
     const auto markups = [&](const std::string& text) { return read_markups(write("x.mrk.json", text)); };
     const auto says = [](const auto& read, const char* piece) { return !read.ok() && read.error().to_string().find(piece) != std::string::npos; };

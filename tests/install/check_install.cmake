@@ -30,7 +30,7 @@ endif()
 
 # Beside them what a user reads and calls: the program without debugging symbols, the manual page, completions, pages, scenes.
 foreach(file bin/trocar share/man/man1/trocar.1 share/bash-completion/completions/trocar share/zsh/site-functions/_trocar share/doc/trocar/README.md
-        share/doc/trocar/docs/getting_started.md share/doc/trocar/LICENSE share/trocar/scenes/u_bend.json share/trocar/scene.schema.json)
+        include/trocar/c_api.h share/doc/trocar/docs/getting_started.md share/doc/trocar/LICENSE share/trocar/scenes/u_bend.json share/trocar/scene.schema.json)
     if(NOT EXISTS ${WORK_DIR}/prefix/${file})
         message(FATAL_ERROR "${file} is not installed")
     endif()
