@@ -139,7 +139,7 @@ What `#include <trocar.hpp>` gives after `cmake --install`, header by header; wr
 `trocar::engine`, meshes and results in `trocar`. Examples: [examples/](../examples); how an effect or a solver of your own goes in:
 [extending.md](extending.md).
 
-There is no C interface.
+From C: [c_api.md](c_api.md).
 """
 
 

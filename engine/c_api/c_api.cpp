@@ -79,6 +79,30 @@ trocar_status find_geometry(trocar_simulator* simulator, trocar_points points, s
     return TROCAR_OK;
 }
 
+template <class List>
+trocar_status count_list(trocar_simulator* simulator, trocar_points points, std::size_t index, List Geometry::* list, std::size_t* count) {
+    if (count == nullptr) return refuse_null("count");
+    Geometry found;
+    if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
+    *count = (found.*list).size();
+    return TROCAR_OK;
+}
+
+/// Three numbers of each.
+template <class List, class Number>
+trocar_status copy_list(trocar_simulator* simulator, trocar_points points, std::size_t index, List Geometry::* list, const char* what, Number* to,
+                        std::size_t capacity) {
+    Geometry found;
+    if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
+    const List& from = found.*list;
+    if (from.size() > capacity)
+        return refuse(TROCAR_BAD_ARGUMENT, fmt::format("{}: room for {}; expected {} or more", what, capacity, from.size()));
+    if (to == nullptr && !from.empty()) return refuse_null(what);
+    for (std::size_t k = 0; k < from.size(); ++k)
+        for (int part = 0; part < 3; ++part) to[3 * k + std::size_t(part)] = from[k][part];
+    return TROCAR_OK;
+}
+
 void write(const Vec3& from, double* to) noexcept {
     for (int axis = 0; axis < 3; ++axis) to[axis] = from[axis];
 }
@@ -263,48 +287,19 @@ trocar_status trocar_get_drive(const trocar_simulator* simulator, size_t instrum
 }
 
 trocar_status trocar_count_positions(trocar_simulator* simulator, trocar_points points, size_t index, size_t* count) {
-    return guarded([&]() -> trocar_status {
-        if (count == nullptr) return refuse_null("count");
-        Geometry found;
-        if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
-        *count = found.points.size();
-        return TROCAR_OK;
-    });
+    return guarded([&] { return count_list(simulator, points, index, &Geometry::points, count); });
 }
 
 trocar_status trocar_copy_positions(trocar_simulator* simulator, trocar_points points, size_t index, double* positions, size_t capacity) {
-    return guarded([&]() -> trocar_status {
-        Geometry found;
-        if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
-        if (found.points.size() > capacity)
-            return refuse(TROCAR_BAD_ARGUMENT, fmt::format("room for {} points; expected {} or more", capacity, found.points.size()));
-        if (positions == nullptr && !found.points.empty()) return refuse_null("positions");
-        for (std::size_t k = 0; k < found.points.size(); ++k) write(found.points[k], positions + 3 * k);
-        return TROCAR_OK;
-    });
+    return guarded([&] { return copy_list(simulator, points, index, &Geometry::points, "positions", positions, capacity); });
 }
 
 trocar_status trocar_count_triangles(trocar_simulator* simulator, trocar_points points, size_t index, size_t* count) {
-    return guarded([&]() -> trocar_status {
-        if (count == nullptr) return refuse_null("count");
-        Geometry found;
-        if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
-        *count = found.triangles.size();
-        return TROCAR_OK;
-    });
+    return guarded([&] { return count_list(simulator, points, index, &Geometry::triangles, count); });
 }
 
 trocar_status trocar_copy_triangles(trocar_simulator* simulator, trocar_points points, size_t index, uint32_t* vertices, size_t capacity) {
-    return guarded([&]() -> trocar_status {
-        Geometry found;
-        if (const trocar_status status = find_geometry(simulator, points, index, found); status != TROCAR_OK) return status;
-        if (found.triangles.size() > capacity)
-            return refuse(TROCAR_BAD_ARGUMENT, fmt::format("room for {} triangles; expected {} or more", capacity, found.triangles.size()));
-        if (vertices == nullptr && !found.triangles.empty()) return refuse_null("vertices");
-        for (std::size_t k = 0; k < found.triangles.size(); ++k)
-            for (std::size_t corner = 0; corner < 3; ++corner) vertices[3 * k + corner] = found.triangles[k][corner];
-        return TROCAR_OK;
-    });
+    return guarded([&] { return copy_list(simulator, points, index, &Geometry::triangles, "triangles", vertices, capacity); });
 }
 
 } // extern "C"

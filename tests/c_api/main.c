@@ -65,7 +65,7 @@ static void what_is_asked_wrongly_is_refused(const trocar_scene* scene) {
     REFUSED(trocar_get_hash(simulator, NULL), TROCAR_BAD_ARGUMENT, "hash");
     REFUSED(trocar_count_positions(simulator, (trocar_points)12, 0, &count), TROCAR_BAD_ARGUMENT, "trocar_points");
     REFUSED(trocar_count_positions(simulator, TROCAR_SURFACE, 99, &count), TROCAR_BAD_ARGUMENT, "body 99");
-    REFUSED(trocar_copy_positions(simulator, TROCAR_ROD, 0, &one, 0), TROCAR_BAD_ARGUMENT, "room for 0 points");
+    REFUSED(trocar_copy_positions(simulator, TROCAR_ROD, 0, &one, 0), TROCAR_BAD_ARGUMENT, "positions: room for 0");
     REFUSED(trocar_copy_positions(simulator, TROCAR_ROD, 0, NULL, 1u << 20), TROCAR_BAD_ARGUMENT, "positions");
     REFUSED(trocar_fork(simulator, NULL), TROCAR_BAD_ARGUMENT, "fork");
     CHECK(hash_of(simulator) == before);

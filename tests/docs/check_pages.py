@@ -12,6 +12,9 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "docs"))
+from make import public_headers  # noqa: E402
+
 SKIPPED = {"build", "out", "node_modules", ".git", "trocar.egg-info"}
 
 
@@ -120,20 +123,9 @@ def strings_of(file):
 
 def comments_of(file):
     for number, line in enumerate(file.read_text().splitlines(), 1):
-        found = re.search(r"//+(.*)", line)
+        found = re.search(r"(?://+|/\*|^ \*)(.*)", line)
         if found:
             yield number, found.group(1)
-
-
-def public_headers():
-    found, waiting = [], ["engine/trocar.hpp"]
-    while waiting:
-        header = waiting.pop(0)
-        if header in found or not (ROOT / header).exists():
-            continue
-        found.append(header)
-        waiting += re.findall(r'^#include "([^"]+)"', (ROOT / header).read_text(), re.M)
-    return [ROOT / header for header in found]
 
 
 def texts():
@@ -143,7 +135,7 @@ def texts():
             continue
         for number, line in enumerate(file.read_text().splitlines(), 1):
             yield file, number, line
-    for file in public_headers():
+    for file in [ROOT / header for header in public_headers()] + [ROOT / "engine/c_api/c_api.h"]:
         for number, text in comments_of(file):
             yield file, number, text
     for folder in ("engine/cli", "engine/report", "engine/experiments", "engine/scene", "engine/importing", "engine/viewer", "engine/prepare", "engine/io"):

@@ -1,12 +1,30 @@
-// How near a chain comes to itself, by means that the engine does not use.
+// Random rods, and how near a chain comes to itself, by means that the engine does not use.
 #pragma once
 
 #include "base/vec.hpp"
 
 #include <algorithm>
+#include <random>
 #include <vector>
 
 namespace trocar::fem {
+
+class Dice {
+public:
+    explicit Dice(unsigned seed) : random_(seed) {}
+    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+    Vec3 direction() {
+        for (;;) {
+            const Vec3 v(between(-1, 1), between(-1, 1), between(-1, 1));
+            const double length = v.norm();
+            if (length > 0.1 && length < 1.0) return v / length;
+        }
+    }
+    Vec3 point(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
+
+private:
+    std::mt19937 random_;
+};
 
 /// m, between two segments; shares nothing with the engine: the least over s, by ternary search, of the way from a point to the other one.
 inline double distance_by_search(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {

@@ -17,23 +17,6 @@
 namespace trocar::fem {
 namespace {
 
-class Dice {
-public:
-    explicit Dice(unsigned seed) : random_(seed) {}
-    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-    Vec3 direction() {
-        for (;;) {
-            const Vec3 v(between(-1, 1), between(-1, 1), between(-1, 1));
-            const double length = v.norm();
-            if (length > 0.1 && length < 1.0) return v / length;
-        }
-    }
-    Vec3 point(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
-
-private:
-    std::mt19937 random_;
-};
-
 /// Of Gauss' integral over all pairs of segments (Klenin & Langowski 2000): it changes by 2 where a part passes through another one.
 double writhe(const std::vector<Vec3>& x) {
     double sum = 0.0;

@@ -15,16 +15,6 @@
 namespace trocar::fem {
 namespace {
 
-class PairDice {
-public:
-    explicit PairDice(unsigned seed) : random_(seed) {}
-    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-    Vec3 point(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
-
-private:
-    std::mt19937 random_;
-};
-
 /// Gauss' integral of one polyline about another one: it changes by 1 where they pass through each other.
 double linking(const std::vector<Vec3>& x, const std::vector<Vec3>& y) {
     double sum = 0.0;
@@ -155,7 +145,7 @@ private:
     TogetherWorkspace work_;
 };
 
-RodDesign random_design(PairDice& dice, bool torsion) {
+RodDesign random_design(Dice& dice, bool torsion) {
     RodDesign design;
     design.length = 0.08;
     design.radius = dice.between(0.3e-3, 1e-3);
@@ -168,7 +158,7 @@ RodDesign random_design(PairDice& dice, bool torsion) {
 
 /// Rods from two sides, pulled across one another by a point that wanders.
 void cross_and_check(bool torsion, unsigned seed) {
-    PairDice dice(seed);
+    Dice dice(seed);
     std::size_t steps = 0, held = 0, pressing = 0, unsettled = 0, pressed_steps = 0;
     double nearest = 10.0, third_law = 0.0;
     for (int k = 0; k < 6; ++k) {
@@ -214,7 +204,7 @@ TEST(RodsTogether, NorDoThoseThatTwist) { cross_and_check(true, 22); }
 
 /// Solved together, rods that nothing couples are solved alone: to the same bits.
 TEST(RodsTogether, WithoutMeetingsEachIsSolvedAsIfItWereAlone) {
-    PairDice dice(23);
+    Dice dice(23);
     for (int k = 0; k < 6; ++k) {
         const RodDesign design = random_design(dice, k % 2 == 1);
         RodAlone alone(design, {Vec3(0, 0, 0), Vec3::UnitZ()}, 0.06, 0.1);
@@ -240,7 +230,7 @@ TEST(RodsTogether, WithoutMeetingsEachIsSolvedAsIfItWereAlone) {
 /// What one place takes of a push and of a turn is what the other one gives: forces and their moments about any point add up to nothing,
 /// friction's included. Of rods that twist; a rod that does not hands torque about its axis to its handle.
 TEST(RodsTogether, BothFeelTheSameForceAtTheSamePlace) {
-    PairDice dice(24);
+    Dice dice(24);
     for (int k = 0; k < 50; ++k) {
         std::array<RodAlone, 2> rods{RodAlone(random_design(dice, true), {dice.point(0.01), Vec3::UnitZ()}, 0.08, 0.3),
                                      RodAlone(random_design(dice, true), {dice.point(0.01), Vec3::UnitX()}, 0.08, 0.3)};
@@ -281,7 +271,7 @@ TEST(RodsTogether, BothFeelTheSameForceAtTheSamePlace) {
 
 /// A free rod is thrown at a free one that rests.
 TEST(RodsTogether, OfAFreePairMomentumIsKeptAndNoEnergyGained) {
-    PairDice dice(25);
+    Dice dice(25);
     for (int k = 0; k < 8; ++k) {
         RodsOfATest pair;
         const double friction = k % 2 == 0 ? 0.0 : 0.3, dt = std::pow(10.0, dice.between(-3.0, -2.0));
