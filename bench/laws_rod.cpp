@@ -357,11 +357,11 @@ bool grows(const TubeRod& tube, double load) {
         for (const Vec3& p : bench.state.position) sum += p.y() * p.y();
         return sum;
     };
-    constexpr double kStep = 2e-3, kSeconds = 1.5;
+    constexpr double kHelixStep = 2e-3, kSeconds = 1.5;
     double early = 0.0;
-    for (double t = 0.0; t < kSeconds; t += kStep) {
+    for (double t = 0.0; t < kSeconds; t += kHelixStep) {
         bench.surround(tube.clearance);
-        bench.step(kStep);
+        bench.step(kHelixStep);
         if (early == 0.0 && t > 0.5 * kSeconds) early = amplitude();
     }
     return amplitude() > early;

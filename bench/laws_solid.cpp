@@ -194,14 +194,14 @@ void measure_slopes(const std::vector<double>& steps, std::vector<LawRow>& rows)
 /// A ball between two plates that close on it slowly (Hertz 1882): each presses with 4/3 E / (1 - nu^2) sqrt(R) depth^1.5. From the depth where
 /// the circle that touches is two cells wide on.
 void press_a_ball(const std::string& mesher, double step, std::vector<LawRow>& rows) {
-    constexpr double kRadius = 0.02, kSpeed = 0.005, kSeconds = 0.4; // m/s, of each plate against the ball
+    constexpr double kBallRadius = 0.02, kSpeed = 0.005, kSeconds = 0.4; // m/s, of each plate against the ball
     constexpr double kFull = 10e3 / (1.0 - 0.4 * 0.4) * 4.0 / 3.0;    // Pa
     LawScene scene;
     scene.step = step;
     scene.bodies = body("ball", ball_at(Vec3::Zero(), 4), 10.0, 0.002, 0.0, mesher, mesher == "tetgen" ? 3000 : 2000) +
                    fmt::format(R"(, "table": {{"kind": "static", "surface": {}}}, "plate": {{"kind": "kinematic", "surface": {},
                        "motion": [[0, 0, 0, 0], [1, 0, 0, {}]]}})",
-                               box_at({0, 0, -kRadius - 0.005}, {0.08, 0.08, 0.01}, 40), box_at({0, 0, kRadius + 0.005}, {0.08, 0.08, 0.01}, 40),
+                               box_at({0, 0, -kBallRadius - 0.005}, {0.08, 0.08, 0.01}, 40), box_at({0, 0, kBallRadius + 0.005}, {0.08, 0.08, 0.01}, 40),
                                -2.0 * kSpeed);
     const PreparedScene prepared = prepare_law(scene);
     Simulator simulator(prepared.model);
@@ -209,10 +209,10 @@ void press_a_ball(const std::string& mesher, double step, std::vector<LawRow>& r
     while (simulator.raw_state().time < kSeconds) {
         const StepReport& report = simulator.step();
         const double depth = kSpeed * report.time_s, force = 0.5 * report.solid_force_n;
-        if (depth < 0.02 * kRadius || !(force > 0.0)) continue;
+        if (depth < 0.02 * kBallRadius || !(force > 0.0)) continue;
         const double u = std::log(depth), v = std::log(force);
         n += 1.0, x += u, y += v, xx += u * u, xy += u * v;
-        ratio = force / (kFull * std::sqrt(kRadius) * std::pow(depth, 1.5));
+        ratio = force / (kFull * std::sqrt(kBallRadius) * std::pow(depth, 1.5));
     }
     const std::string setting = setting_of(mesher, step);
     rows.push_back({"a ball is pressed flat by force ~ depth^1.5 (Hertz)", "exponent, depth 2 to 10 % of the radius", 1.5,

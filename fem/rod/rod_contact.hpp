@@ -22,7 +22,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace trocar::fem {
 
@@ -32,6 +34,8 @@ inline constexpr double kPressAugmentation = 30.0;
 inline constexpr double kSelfAugmentation = 2.0;
 /// m; a place holds until it has moved by this from where it was fixed, with a friction that grows along the way to the cone's edge.
 inline constexpr double kStickReach = 2e-6;
+/// Rounds in which the way is found that a wall gives by: one more than the planes let go and take hold.
+inline constexpr int kGivenRounds = 20;
 /// m; planes nearer than this are evaluated from the beginning, and what rounding may hide of a gap.
 inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
@@ -57,11 +61,11 @@ inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept
 template <class Slide>
 void evaluate_press(RodPlane& plane, RodPress& press, double depth, double across, double softness, double bound, bool holds,
                     const Slide& slide) noexcept {
-    const double yields = 1.0 + across * (softness + plane.give);
-    const double force = (press.force + across * (depth + plane.give * plane.start_force)) / yields;
+    const double yields = 1.0 + across * softness, force = (press.force + across * depth) / yields;
     const bool touches = holds || force > 0.0;
     plane.force = touches ? force : 0.0;
     press.stiffness = touches ? across / yields : 0.0;
+    press.shared.setZero();
     const bool pushes = touches || bound > 0.0;
     if (pushes || press.pushes) {
         plane.drag.setZero();
@@ -156,13 +160,13 @@ public:
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
         reach_for(farthest_way());
-        for (const Index k : near_) evaluate(planes_[k], presses_[k], false);
+        evaluate_near([](const RodPress&) { return false; });
     }
     /// The same for a stage's first correction: what pressed when it began still holds, both ways. Where the rod would have gone freely most
     /// gaps are open by more than the micrometre that lets go of a force; without those planes it would spring by millimetres, into others.
     void evaluate_held() noexcept {
         reach_for(farthest_way());
-        for (const Index k : near_) evaluate(planes_[k], presses_[k], presses_[k].force > 0.0);
+        evaluate_near([](const RodPress& press) { return press.force > 0.0; });
     }
 
     /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
@@ -205,7 +209,7 @@ private:
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             const RodPlane& plane = planes_[k];
             begin_press(planes_[k], presses_[k], bound_of(plane, plane.force));
-            presses_[k].gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * plane.start_force;
+            presses_[k].gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * std::sqrt(plane.felt.squaredNorm());
         }
         list_near(kNearPlanes);
     }
@@ -259,8 +263,69 @@ private:
         return moved;
     }
 
-    void evaluate(RodPlane& plane, RodPress& press, bool holds) const noexcept {
-        const double depth = plane.offset - plane.normal.dot(point(plane, state_.position));
+    /// holds(press)
+    template <class Holds>
+    void evaluate_near(const Holds& holds) noexcept {
+        for (std::size_t from = 0, to = 0; from < near_.size(); from = to) {
+            const RodPlane& first = planes_[near_[from]];
+            to = from + 1;
+            if (first.give > 0.0) {
+                const auto is_of_place = [&](const RodPlane& plane) { return plane.give > 0.0 && plane.node == first.node && plane.weight == first.weight && plane.side == first.side; };
+                while (to < near_.size() && is_of_place(planes_[near_[to]])) ++to;
+                evaluate_place(std::span<const Index>(near_).subspan(from, to - from), holds);
+            } else {
+                evaluate(planes_[near_[from]], presses_[near_[from]], Vec3::Zero(), holds(presses_[near_[from]]));
+            }
+        }
+    }
+
+    /// What the planes of a place push with where their wall has moved by `given`: the sum, and its stiffness. Returns which of them touch, a bit
+    /// each.
+    template <class Holds>
+    std::uint64_t sum_place(std::span<const Index> place, const Vec3& given, const Holds& holds, Vec3& sum, Mat3& stiffness) const noexcept {
+        sum.setZero(), stiffness.setZero();
+        std::uint64_t touching = 0;
+        const double yields = 1.0 + across_ * softness_;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            const Index k = place[i];
+            const RodPlane& plane = planes_[k];
+            const double force = (presses_[k].force + across_ * (depth_of(plane) + plane.normal.dot(given))) / yields;
+            if (!(force > 0.0) && !holds(presses_[k])) continue;
+            sum += force * plane.normal;
+            stiffness += across_ / yields * plane.normal * plane.normal.transpose();
+            touching |= std::uint64_t{1} << (i % 64);
+        }
+        return touching;
+    }
+
+    /// Planes of one place of a wall that gives way: given = give (felt - sum(given)), by Newton's method; the sum is piecewise linear and grows
+    /// with `given`.
+    template <class Holds>
+    void evaluate_place(std::span<const Index> place, const Holds& holds) noexcept {
+        const RodPlane& first = planes_[place.front()];
+        Vec3& given = presses_[place.front()].given;
+        Vec3 sum;
+        Mat3 stiffness;
+        std::uint64_t touching = sum_place(place, given, holds, sum, stiffness), before = ~touching;
+        for (int round = 0; round < kGivenRounds && touching != before; ++round) {
+            given -= (Mat3::Identity() + first.give * stiffness).inverse() * (given - first.give * (first.felt - sum));
+            before = std::exchange(touching, sum_place(place, given, holds, sum, stiffness));
+        }
+        bool told = false;
+        for (const Index k : place) {
+            evaluate(planes_[k], presses_[k], given, holds(presses_[k]));
+            const bool touches = presses_[k].stiffness > 0.0;
+            presses_[k].stiffness = 0.0;
+            if (!touches || told) continue;
+            told = true;
+            presses_[k].shared = stiffness * (Mat3::Identity() + first.give * stiffness).inverse();
+        }
+    }
+
+    [[nodiscard]] double depth_of(const RodPlane& plane) const noexcept { return plane.offset - plane.normal.dot(point(plane, state_.position)); }
+
+    void evaluate(RodPlane& plane, RodPress& press, const Vec3& given, bool holds) const noexcept {
+        const double depth = depth_of(plane) + plane.normal.dot(given);
         evaluate_press(plane, press, depth, across_, softness_, bound_of(plane, press.bounding), holds, [&] { return slide(plane); });
     }
 
