@@ -21,6 +21,7 @@
 #include "fem/rod/rod_parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -271,61 +272,71 @@ private:
             to = from + 1;
             if (first.give > 0.0) {
                 const auto is_of_place = [&](const RodPlane& plane) { return plane.give > 0.0 && plane.node == first.node && plane.weight == first.weight && plane.side == first.side; };
-                while (to < near_.size() && is_of_place(planes_[near_[to]])) ++to;
+                while (to < near_.size() && to - from < kMostOfSide && is_of_place(planes_[near_[to]])) ++to;
                 evaluate_place(std::span<const Index>(near_).subspan(from, to - from), holds);
             } else {
-                evaluate(planes_[near_[from]], presses_[near_[from]], Vec3::Zero(), holds(presses_[near_[from]]));
+                evaluate(planes_[near_[from]], presses_[near_[from]], holds(presses_[near_[from]]));
             }
         }
     }
 
+    /// Planes of one side of a place at most; more of them are two sides.
+    static constexpr std::size_t kMostOfSide = 64;
+    using Depths = std::array<double, kMostOfSide>; // m, of planes of one place whose wall has not moved
+
     /// What the planes of a place push with where their wall has moved by `given`: the sum, and its stiffness. Returns which of them touch, a bit
     /// each.
     template <class Holds>
-    std::uint64_t sum_place(std::span<const Index> place, const Vec3& given, const Holds& holds, Vec3& sum, Mat3& stiffness) const noexcept {
+    std::uint64_t sum_place(std::span<const Index> place, const Depths& depths, const Vec3& given, const Holds& holds, Vec3& sum, Mat3& stiffness) const noexcept {
         sum.setZero(), stiffness.setZero();
         std::uint64_t touching = 0;
         const double yields = 1.0 + across_ * softness_;
         for (std::size_t i = 0; i < place.size(); ++i) {
-            const Index k = place[i];
-            const RodPlane& plane = planes_[k];
-            const double force = (presses_[k].force + across_ * (depth_of(plane) + plane.normal.dot(given))) / yields;
-            if (!(force > 0.0) && !holds(presses_[k])) continue;
+            const RodPlane& plane = planes_[place[i]];
+            const RodPress& press = presses_[place[i]];
+            const double force = (press.force + across_ * (depths[i] + plane.normal.dot(given))) / yields;
+            if (!(force > 0.0) && !holds(press)) continue;
             sum += force * plane.normal;
             stiffness += across_ / yields * plane.normal * plane.normal.transpose();
-            touching |= std::uint64_t{1} << (i % 64);
+            touching |= std::uint64_t{1} << i;
         }
         return touching;
     }
 
     /// Planes of one place of a wall that gives way: given = give (felt - sum(given)), by Newton's method; the sum is piecewise linear and grows
-    /// with `given`.
+    /// with `given`. Most places neither touch nor did: they are asked once.
     template <class Holds>
     void evaluate_place(std::span<const Index> place, const Holds& holds) noexcept {
         const RodPlane& first = planes_[place.front()];
         Vec3& given = presses_[place.front()].given;
         Vec3 sum;
         Mat3 stiffness;
-        std::uint64_t touching = sum_place(place, given, holds, sum, stiffness), before = ~touching;
+        Depths depths;
+        const Vec3 at = point(first, state_.position);
+        for (std::size_t i = 0; i < place.size(); ++i) depths[i] = planes_[place[i]].offset - planes_[place[i]].normal.dot(at);
+        const bool untouched = first.felt.isZero(0.0);
+        if (untouched) given.setZero();
+        std::uint64_t touching = sum_place(place, depths, given, holds, sum, stiffness), before = untouched && touching == 0 ? touching : ~touching;
         for (int round = 0; round < kGivenRounds && touching != before; ++round) {
             given -= (Mat3::Identity() + first.give * stiffness).inverse() * (given - first.give * (first.felt - sum));
-            before = std::exchange(touching, sum_place(place, given, holds, sum, stiffness));
+            before = std::exchange(touching, sum_place(place, depths, given, holds, sum, stiffness));
         }
         bool told = false;
-        for (const Index k : place) {
-            evaluate(planes_[k], presses_[k], given, holds(presses_[k]));
-            const bool touches = presses_[k].stiffness > 0.0;
-            presses_[k].stiffness = 0.0;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            RodPlane& plane = planes_[place[i]];
+            RodPress& press = presses_[place[i]];
+            evaluate_press(plane, press, depths[i] + plane.normal.dot(given), across_, softness_, bound_of(plane, press.bounding), holds(press),
+                           [&] { return slide(plane); });
+            const bool touches = press.stiffness > 0.0;
+            press.stiffness = 0.0;
             if (!touches || told) continue;
             told = true;
-            presses_[k].shared = stiffness * (Mat3::Identity() + first.give * stiffness).inverse();
+            press.shared = stiffness * (Mat3::Identity() + first.give * stiffness).inverse();
         }
     }
 
-    [[nodiscard]] double depth_of(const RodPlane& plane) const noexcept { return plane.offset - plane.normal.dot(point(plane, state_.position)); }
-
-    void evaluate(RodPlane& plane, RodPress& press, const Vec3& given, bool holds) const noexcept {
-        const double depth = depth_of(plane) + plane.normal.dot(given);
+    void evaluate(RodPlane& plane, RodPress& press, bool holds) const noexcept {
+        const double depth = plane.offset - plane.normal.dot(point(plane, state_.position));
         evaluate_press(plane, press, depth, across_, softness_, bound_of(plane, press.bounding), holds, [&] { return slide(plane); });
     }
 
