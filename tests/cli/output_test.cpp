@@ -17,8 +17,8 @@ bool wait_for_file(const fs::path& file) {
 
 /// Steps have been taken: some of their rows have reached the disk.
 bool wait_for_rows(const fs::path& table) {
-    constexpr std::uintmax_t kHeader = 4096; // bytes, more than its first line has
-    const auto has_rows = [&] { return fs::exists(table) && fs::file_size(table) > kHeader; };
+    constexpr std::uintmax_t kFirstLine = 4096; // bytes, more than its first line has
+    const auto has_rows = [&] { return fs::exists(table) && fs::file_size(table) > kFirstLine; };
     for (int wait = 0; wait < 6000 && !has_rows(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     return has_rows();
 }

@@ -174,7 +174,7 @@ TEST_F(LabelFiles, ThatAreHostileAreRefusedWithWhatWasExpected) {
 TEST_F(LabelFiles, NameNoDataOutsideOfTheirFolder) {
     const Phantom p = small_phantom(2);
     write("secret.raw", p.voxels);
-    for (const std::string named : {std::string("../secret.raw"), (folder / "secret.raw").string(), std::string("down/../../secret.raw"), std::string("/etc/passwd")}) {
+    for (const std::string& named : {std::string("../secret.raw"), (folder / "secret.raw").string(), std::string("down/../../secret.raw"), std::string("/etc/passwd")}) {
         SCOPED_TRACE(named);
         expect_refused(read_label_volume(write("inner/a.nhdr", nrrd_header(p, "raw", "data file: " + named + "\n"))), {"data file", "header's folder"});
         expect_refused(read_label_volume(write("inner/a.mhd", metaimage_header(p, named))), {"ElementDataFile", "header's folder"});
