@@ -3,6 +3,7 @@
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/sweep_folder.hpp"
+#include "engine/cli/sweep_options.hpp"
 #include "engine/experiments/sweep/collect.hpp"
 #include "engine/experiments/sweep/slurm.hpp"
 #include "engine/experiments/sweep/sweep_page.hpp"
@@ -27,7 +28,6 @@ namespace {
 
 constexpr std::uint64_t kMostListed = 1000; // runs that --dry-run lists
 constexpr std::size_t kMostRefused = 4;     // workers that end with an error of their own before no more are started
-constexpr std::size_t kMostTried = 2000;    // values of a varied option whose command line is checked beforehand
 
 struct SweepRequest {
     std::filesystem::path sweep, out, table;
@@ -36,48 +36,6 @@ struct SweepRequest {
     SlurmOptions cluster;
     bool status = false, plan = false, resume = false, dry_run = false, retry_failed = false, quiet = false;
 };
-
-/// Words that the sweep itself gives to every run.
-Result<void> check_options(const SweepSpec& spec, const SweepPlan& plan) {
-    const auto fail = [&](std::string message) {
-        return Error{ErrorCode::BadUsage, std::move(message), spec.file.string(), spec.options_at.line, spec.options_at.column, "options"};
-    };
-    const auto is_own = [](const std::string& word) {
-        for (const char* own : {"--out", "--force", "--quiet", "--resume", "--only", "--parent", "--set", "--no-report", "--help", "-h"})
-            if (word == own || word.starts_with(std::string(own) + "=")) return true;
-        return false;
-    };
-    constexpr const char* kOwn = "found {}, which is the sweep's own affair; expected it left out";
-    for (const std::string& word : spec.options)
-        if (is_own(word)) return fail(fmt::format(kOwn, word));
-    for (const SweepAxis& axis : spec.axes)
-        for (const std::string& pointer : axis.pointers)
-            for (const std::string& word : spec.options)
-                if ((word == "--budget" && pointer.starts_with("/budget")) || word == pointer)
-                    return fail(fmt::format("found {}, and {} is varied; expected one of them", word, pointer));
-    PlannedRun run = plan.run(0);
-    for (const SweepAxis& axis : spec.axes)
-        for (std::size_t p = 0; p < axis.pointers.size(); ++p)
-            if (is_own(axis.pointers[p]))
-                return Error{ErrorCode::BadUsage, fmt::format(kOwn, axis.pointers[p]), axis.file, axis.pointer_at[p].line, axis.pointer_at[p].column, axis.pointers[p]};
-    if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
-        return fail(fmt::format("{} does not take them: {}", command_name(spec.command), taken.error().to_string()));
-    for (const SweepAxis& axis : spec.axes)
-        for (std::size_t p = 0; p < axis.pointers.size(); ++p) {
-            if (!is_option(axis.pointers[p])) continue;
-            const auto at = [&](TextPosition place, std::string message) {
-                return Error{ErrorCode::BadUsage, std::move(message), axis.file, place.line, place.column, axis.pointers[p]};
-            };
-            for (std::size_t k = 0; k < std::min(axis.values.size(), kMostTried); ++k) {
-                for (auto& [name, value] : run.settings)
-                    if (name == axis.pointers[p]) value = axis.values[k][p];
-                if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
-                    return at(axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[k],
-                              fmt::format("{} does not take it: {}", command_name(spec.command), taken.error().to_string()));
-            }
-        }
-    return {};
-}
 
 std::string duration_text(double s) {
     if (s < 90.0) return fmt::format("{:.2g} s", s);
@@ -284,7 +242,7 @@ int sweep(SweepRequest& request) {
     if (!spec) return report_error(spec.error());
     const auto plan = make_plan(*spec);
     if (!plan) return report_error(plan.error());
-    if (const auto fits = check_options(*spec, *plan); !fits) return report_error(fits.error());
+    if (const auto fits = check_sweep_options(*spec, *plan); !fits) return report_error(fits.error());
     if (request.dry_run) return Sweep(request, *plan).list();
     std::error_code failed;
     request.out = std::filesystem::absolute(request.out, failed).lexically_normal();

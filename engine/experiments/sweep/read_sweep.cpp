@@ -3,6 +3,8 @@
 #include "engine/experiments/sweep/reduction.hpp"
 #include "engine/experiments/sweep/sweep_spec.hpp"
 #include "engine/io/file_bytes.hpp"
+#include "engine/report/episode_table.hpp"
+#include "engine/report/output_folder.hpp"
 #include "engine/report/step_table.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/override.hpp"
@@ -44,7 +46,7 @@ private:
             spec_.scene_at.push_back(one.at);
         }
         const Values values(&root_, sweep_table(), context_.units, "");
-        for (const SweepCommand command : {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify})
+        for (const SweepCommand command : kSweepCommands)
             if (values.text("command") == command_name(command)) spec_.command = command;
         if (const JsonNode* options = root_.find("options")) {
             spec_.options_at = options->at;
@@ -203,9 +205,9 @@ private:
     std::optional<Error> read_reduction(const JsonNode& node, CollectItem& item, const std::string& key) const {
         item.column = node.find("column")->text;
         item.take = node.find("take")->text;
-        if (spec_.command != SweepCommand::Run)
-            return fail(node.at, key, fmt::format("{} writes no steps.csv; expected a pointer into {}", command_name(spec_.command), "its figures"));
-        const std::string header = step_table_header();
+        if (table_file(spec_.command) == nullptr)
+            return fail(node.at, key, fmt::format("{} writes no steps.csv; expected a pointer into its figures", command_name(spec_.command)));
+        const std::string header = spec_.command == SweepCommand::Episode ? action_table_header() : step_table_header();
         std::vector<std::string_view> columns;
         for (std::string_view rest = header; !rest.empty();) {
             const std::size_t comma = rest.find(',');
@@ -245,13 +247,18 @@ std::optional<Error> check_count(const SweepSpec& spec) {
 } // namespace
 
 const char* command_name(SweepCommand command) noexcept {
-    constexpr const char* kNames[] = {"run", "cost", "plan", "verify"};
+    constexpr const char* kNames[] = {"run", "cost", "plan", "verify", "episode"};
     return kNames[static_cast<std::size_t>(command)];
 }
 
 const char* figures_file(SweepCommand command) noexcept {
-    constexpr const char* kNames[] = {"summary.json", "cost.json", "plan.json", nullptr};
+    constexpr const char* kNames[] = {"summary.json", "cost.json", "plan.json", nullptr, "summary.json"};
     return kNames[static_cast<std::size_t>(command)];
+}
+
+const char* table_file(SweepCommand command) noexcept {
+    if (command == SweepCommand::Episode) return output_name::kActions;
+    return command == SweepCommand::Run ? output_name::kSteps : nullptr;
 }
 
 std::filesystem::path SweepSpec::folder() const {

@@ -40,7 +40,7 @@ SweepPlan from_json(const Json& json) {
     plan.program = json.at("program").get<std::string>();
     plan.folder = json.at("folder").get<std::string>();
     const auto command = json.at("command").get<std::string>();
-    for (const SweepCommand one : {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify})
+    for (const SweepCommand one : kSweepCommands)
         if (command == command_name(one)) plan.command = one;
     if (command != command_name(plan.command)) throw std::runtime_error("an unknown command");
     plan.options = json.at("options").get<std::vector<std::string>>();
@@ -155,7 +155,7 @@ std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const st
     words.emplace_back("--quiet");
     if (command == SweepCommand::Verify) return words;
     words.insert(words.end(), {"--out", out.string()});
-    if (!keeps_folders) words.emplace_back("--no-report");
+    if (!keeps_folders && command != SweepCommand::Episode) words.emplace_back("--no-report");
     return words;
 }
 
