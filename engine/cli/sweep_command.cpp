@@ -1,11 +1,13 @@
 // `sweep`: many runs of scenes, resumable, and one table at the end.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/job_pool.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/sweep_folder.hpp"
 #include "engine/cli/sweep_options.hpp"
 #include "engine/experiments/sweep/collect.hpp"
 #include "engine/experiments/sweep/slurm.hpp"
+#include "engine/experiments/sweep/slurm_queue.hpp"
 #include "engine/experiments/sweep/sweep_page.hpp"
 #include "engine/experiments/sweep/worker.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -56,6 +58,7 @@ public:
             const SlurmQueue queue = ask_queue(request_.out);
             if (queue.running + queue.waiting > 0) fmt::print("slurm    {} tasks running, {} waiting\n", queue.running, queue.waiting);
             if (!queue.failure.empty()) fmt::print("slurm    cannot be asked: {}\n", queue.failure);
+            fmt::print("{}", ended_text(queue, status.incomplete));
             std::fflush(stdout);
             if (!request_.watch || status.done + status.failed == status.runs) return kExitFine;
             for (int tenth = 0; tenth < 20; ++tenth) {
@@ -291,6 +294,7 @@ Command add_sweep_command(CLI::App& app) {
     CLI::Option* slurm = command->add_flag("--slurm", request->slurm, "submit what is missing as one array job of Slurm");
     command->add_option("--partition", request->cluster.partition, "of the cluster")->needs(slurm);
     command->add_option("--time", request->cluster.time, "limit of one task, as Slurm writes it; from a forecast when absent")->needs(slurm);
+    command->add_option("--memory", request->cluster.memory_mb, "MB of one task; from a forecast when absent")->needs(slurm)->check(number_range(1.0, 1e8));
     command->add_flag("--watch", request->watch, "with --status: tell it every two seconds until all is done");
     command->add_flag("!--no-forecast", request->forecast, "with --dry-run or --slurm: try no steps; a run counts as a second");
     command->add_flag("--quiet", request->quiet, "no progress line");
