@@ -131,17 +131,26 @@ public:
     }
 
     int collect() const {
-        const SweepTable table = collect_table(request_.out, plan_);
+        auto csv = AtomicFile::create(request_.table);
+        if (!csv) return report_error(csv.error());
+        SweepPage plots(column_names(plan_), plan_);
+        if (const auto head = csv->add(csv_row(column_names(plan_))); !head) return report_error(head.error());
+        const auto collected = collect_table(request_.out, plan_, [&](std::uint64_t run, const std::vector<std::string>& row) {
+            plots.add(run, row);
+            return csv->add(csv_row(row));
+        });
+        if (!collected) return report_error(collected.error());
+        const SweepTable& table = *collected;
         WrittenOutputs outputs;
-        outputs.note(write_file_atomically(request_.table, table_csv(table)));
+        outputs.note(csv->finish());
         const std::filesystem::path page = std::filesystem::path(request_.table).replace_extension(".html");
         std::error_code unknown;
         const std::filesystem::path place = std::filesystem::absolute(page, unknown).lexically_normal().parent_path();
         const bool is_device = std::filesystem::exists(request_.table, unknown) && !std::filesystem::is_regular_file(request_.table, unknown);
-        if (!is_device) outputs.note(write_file_atomically(page, sweep_page(request_.sweep.stem().string(), table, plan_, request_.out, place)));
+        if (!is_device) outputs.note(write_file_atomically(page, plots.text(request_.sweep.stem().string(), table, request_.out, place)));
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         if (table.missing > 0) fmt::print(stderr, "notice: {} of {} runs are missing in the table\n", table.missing, plan_.run_count());
-        fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows.size(),
+        fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows,
                    table.done, table.failed, table.missing);
         return outputs.tell({});
     }

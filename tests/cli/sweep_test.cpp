@@ -600,6 +600,22 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_x", "take": "p98"}}})", "nearest known value"},
         {R"({"scene": "scenes/tube.json", "command": "verify", "vary": {"/budget": ["exact"]}})", "verify"},
         {R"({"scene": "scenes/tube.json", "rows": "none.csv"})", "does not exist"},
+        {R"({"scene": "scenes/tube.json", "repeat": NaN})", "NaN"},
+        {R"({"scene": "scenes/tube.json", "repeat": -1})", "repeat"},
+        {R"({"scene": "scenes/tube.json", "repeat": 1.5})", "repeat"},
+        {R"({"scene": "scenes/tube.json", "repeat": 1e300})", "repeat"},
+        {R"({"scene": "scenes/tube.json", "time_limit": -1})", "time_limit"},
+        {R"({"scene": "../../../../../../etc", "vary": {"/budget": ["exact"]}})", "does not exist"},
+        {R"({"scene": "/dev/zero"})", "does not exist"},
+        {R"({"scene": "scenes/tube.json", "rows": "/dev/zero"})", "rows"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/path/18446744073709551616/0": [0]}})", "from 0 to 1"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/path/-1/0": [0]}})", "from 0 to 1"},
+        {R"({"scene": "scenes/tube.json", "vary": {"": [{}]}})", "JSON pointer"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": 0, "to": 1, "count": 1000000},
+             "/instruments/wire/radius": {"from": 0.1, "to": 1, "count": 1000000}, "/a": {"from": 0, "to": 1, "count": 1000000},
+             "/b": {"from": 0, "to": 1, "count": 1000000}, "/c": {"from": 0, "to": 1, "count": 1000000}}})", "at most 4000000 in all"},
+        {R"({"scene": "scenes/tube.json", "collect": {"a": "/steps", "a": "/steps"}})", "already given"},
+        {R"({"scene": "scenes/tube.json", "collect": {"/budget": "/steps"}, "vary": {"/budget": ["exact"]}})", "another name"},
     };
     for (const Broken& one : broken) {
         write_sweep(one.text);

@@ -22,6 +22,9 @@ namespace {
 constexpr std::size_t kMostPointers = 1000; // each is compared with each
 constexpr double kLargestInteger = 9007199254740992.0; // 2^53
 
+/// Of all pointers together; a run has one for each. Checked before they are made.
+constexpr std::uint64_t kMostValues = 4'000'000;
+
 /// What the reading functions share.
 class SweepReader {
 public:
@@ -131,6 +134,7 @@ private:
         if (draws == nullptr) return fail(node.at, key, "is drawn; expected the sweep to say how often, as in \"draws\": {\"count\": 100, \"seed\": 1}");
         const auto count = static_cast<std::size_t>(draws->find("count")->number);
         const JsonNode* seed = draws->find("seed");
+        if (auto error = count_values(node.at, key, count)) return error;
         if (drawn_ == kNone) {
             drawn_ = spec_.axes.size();
             spec_.axes.emplace_back().file = context_.file_name;
@@ -148,9 +152,17 @@ private:
         return std::nullopt;
     }
 
-    std::optional<Error> read_range(const JsonNode& node, SweepAxis& axis, const std::string& key) const {
+    /// Before `more` values of one pointer are made.
+    std::optional<Error> count_values(TextPosition at, const std::string& key, std::uint64_t more) {
+        values_ += more;
+        if (values_ <= kMostValues) return std::nullopt;
+        return fail(at, key, fmt::format("found more than {0} values with those before; expected at most {0} in all", kMostValues));
+    }
+
+    std::optional<Error> read_range(const JsonNode& node, SweepAxis& axis, const std::string& key) {
         const double from = node.find("from")->number, to = node.find("to")->number;
         const auto count = static_cast<std::size_t>(node.find("count")->number);
+        if (auto error = count_values(node.at, key, count)) return error;
         const JsonNode* scale = node.find("scale");
         const bool log = scale != nullptr && scale->text == "log";
         if (log && (from <= 0.0 || to <= 0.0)) return fail(node.at, key, fmt::format("a log range from {:g} to {:g}; expected both above 0", from, to));
@@ -190,7 +202,8 @@ private:
         for (const JsonNode& member : collect->children) {
             CollectItem item{member.key, {}, {}, {}, member.at};
             const std::string key = join_key("collect", member.key);
-            if (member.key == "repeat" || member.key == "status" || member.key == "scene")
+            const bool is_varied = std::any_of(known_.begin(), known_.end(), [&](const auto& known) { return known.second == member.key; });
+            if (is_varied || member.key == "repeat" || member.key == "status" || member.key == "scene")
                 return fail(member.key_at, key, "the table has such a column already; expected another name");
             if (member.type == JsonType::Text) {
                 item.pointer = member.text;
@@ -233,6 +246,7 @@ private:
     const JsonNode& root_;
     SweepSpec& spec_;
     std::size_t drawn_ = kNone; // the axis of drawn pointers
+    std::uint64_t values_ = 0;  // of ranges and draws
     std::vector<std::pair<std::vector<std::string>, std::string>> known_;
 };
 
@@ -270,7 +284,11 @@ std::filesystem::path SweepSpec::folder() const {
 Result<SweepSpec> read_sweep(const std::filesystem::path& file) {
     const auto text = read_json_file(file);
     if (!text) return text.error();
-    const auto tree = parse_json_tree(*text, file.string());
+    return parse_sweep(*text, file);
+}
+
+Result<SweepSpec> parse_sweep(std::string_view text, const std::filesystem::path& file) {
+    const auto tree = parse_json_tree(text, file.string());
     if (!tree) return tree.error();
     CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
     if (auto error = check_object(*tree, sweep_table(), "", context)) return *error;

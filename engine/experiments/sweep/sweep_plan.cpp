@@ -202,7 +202,11 @@ std::string SweepPlan::text() const {
 Result<SweepPlan> read_plan(const std::filesystem::path& file) {
     const auto text = read_file_bytes(file);
     if (!text) return text.error();
-    const Json json = Json::parse(*text, nullptr, false);
+    return parse_plan(*text, file);
+}
+
+Result<SweepPlan> parse_plan(std::string_view text, const std::filesystem::path& file) {
+    const Json json = Json::parse(text, nullptr, false);
     const auto fail = [&](std::string message) { return Error{ErrorCode::BadSyntax, std::move(message), file.string()}; };
     if (json.is_discarded() || !json.is_object() || !json.contains("format")) return fail("is no plan of a sweep");
     if (json["format"] != kFormat) return fail(fmt::format("is a plan of another format; expected format {}", kFormat));

@@ -64,6 +64,8 @@ struct SweepSpec {
 
 /// fails  with file, line, column, key: what was found, what was expected
 [[nodiscard]] Result<SweepSpec> read_sweep(const std::filesystem::path& file);
+/// file  that the text stands in: the rows' file is relative to it
+[[nodiscard]] Result<SweepSpec> parse_sweep(std::string_view text, const std::filesystem::path& file);
 
 /// The format's table, and what is made from it: assets/sweep.schema.json, docs/sweep.md.
 [[nodiscard]] const ObjectSpec& sweep_table();
