@@ -5,6 +5,8 @@
 #include <random>
 #include <set>
 
+#include <sys/stat.h>
+
 namespace trocar::cli_test {
 namespace {
 
@@ -302,6 +304,8 @@ TEST_F(SweepCommand, ACutLineIsNoResult) {
         std::ofstream(packed, std::ios::binary) << bytes.substr(0, size);
         EXPECT_TRUE(sweep_into("a", {"--status"}).says("11 done, 0 failed, 0 running, 1 missing"));
     }
+    ASSERT_EQ(mkfifo((folder / "a" / "results" / "chunk-0000002.other-1-0.part").c_str(), 0600), 0) << "a pipe that nobody writes into";
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("11 done, 0 failed, 0 running, 1 missing"));
     ASSERT_TRUE(ended_with(sweep_into("a", {"--resume", "--collect", (folder / "again.csv").string()}), 0));
     EXPECT_EQ(text_of(folder / "again.csv"), table);
 }
@@ -615,7 +619,7 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
              "/instruments/wire/radius": {"from": 0.1, "to": 1, "count": 1000000}, "/a": {"from": 0, "to": 1, "count": 1000000},
              "/b": {"from": 0, "to": 1, "count": 1000000}, "/c": {"from": 0, "to": 1, "count": 1000000}}})", "at most 4000000 in all"},
         {R"({"scene": "scenes/tube.json", "collect": {"a": "/steps", "a": "/steps"}})", "already given"},
-        {R"({"scene": "scenes/tube.json", "collect": {"/budget": "/steps"}, "vary": {"/budget": ["exact"]}})", "another name"},
+        {R"({"scene": "scenes/tube.json", "collect": {"--steps": "/steps"}, "vary": {"--steps": [3]}})", "another name"},
     };
     for (const Broken& one : broken) {
         write_sweep(one.text);

@@ -116,7 +116,7 @@ std::vector<std::string> seeds_of(std::string_view target) {
         seeds.push_back(result_line({5, "00ff", "failed: exit 3: \"a\",", {"1.5", "", "\xc3\xa4"}, R"({"a":[1,null,1e300]})"}));
         seeds.back().pop_back();
     }
-    if (target == "rows") seeds.insert(seeds.end(), {"/budget,/x\nexact,\"a \"\"b\"\", c\"\n\n,\n1,2", "\xEF\xBB\xBF" "a\r\n1\r\n"});
+    if (target == "rows") seeds.insert(seeds.end(), {"/budget,/x\nexact,\"a \"\"b\"\", c\"\n\n,\n1,2", "\xEF\xBB\xBF" "a\r\n1\r\n", "\xEF\xBB\xBF\xEF\xBB\xBF\n1"});
     if (target == "message")
         for (const char* message :
              {R"({"type": "drive", "insertion": 0.5, "rotation": -1})", R"({"type": "budget", "mode": "wall", "ms": 8})",

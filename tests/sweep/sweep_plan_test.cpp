@@ -38,6 +38,23 @@ TEST_F(SweepPlanTest, RunsAreTheProductWithTheFirstPointerSlowest) {
     EXPECT_EQ(plan.run(3).settings[1].second, "10");
 }
 
+TEST_F(SweepPlanTest, PicturesAndPagesAreMadeOnlyWhereTheyAreKept) {
+    SweepPlan plan = plan_of(kSweep);
+    const auto has = [&](const char* word) {
+        const std::vector<std::string> words = plan.command_line(plan.run(0), "out");
+        return std::count(words.begin(), words.end(), word);
+    };
+    EXPECT_EQ(has("--no-pictures"), 1);
+    EXPECT_EQ(has("--no-report"), 1);
+    plan.options = {"--no-pictures"};
+    EXPECT_EQ(has("--no-pictures"), 1);
+    plan.options.clear();
+    plan.command = SweepCommand::Episode;
+    EXPECT_EQ(has("--no-pictures") + has("--no-report"), 0) << "it makes none";
+    plan.command = SweepCommand::Run, plan.keeps_folders = true;
+    EXPECT_EQ(has("--no-pictures") + has("--no-report"), 0);
+}
+
 TEST_F(SweepPlanTest, EveryRunHasAKeyOfItsOwn) {
     const SweepPlan plan = plan_of(kSweep);
     std::set<std::string> keys;

@@ -155,6 +155,9 @@ std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const st
     words.emplace_back("--quiet");
     if (command == SweepCommand::Verify) return words;
     words.insert(words.end(), {"--out", out.string()});
+    // pictures that nobody keeps: a third of a run of a second
+    const bool is_named = std::find(options.begin(), options.end(), "--no-pictures") != options.end();
+    if (!keeps_folders && command == SweepCommand::Run && !is_named) words.emplace_back("--no-pictures");
     if (!keeps_folders && command != SweepCommand::Episode) words.emplace_back("--no-report");
     return words;
 }
