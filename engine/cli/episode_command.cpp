@@ -3,6 +3,7 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/episodes/make_policy.hpp"
 #include "engine/episodes/play.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"

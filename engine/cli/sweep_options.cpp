@@ -1,7 +1,7 @@
 #include "engine/cli/sweep_options.hpp"
 
 #include "engine/cli/commands.hpp"
-#include "engine/episodes/policy.hpp"
+#include "engine/episodes/make_policy.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,6 @@
 #include "engine/episodes/play.hpp"
 
+#include "engine/episodes/make_policy.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/report/episode_table.hpp"
 #include "engine/report/output_folder.hpp"

@@ -1,8 +1,13 @@
 // One episode of a task, played by a policy: its figures (summary.json) and a row for each action (actions.csv).
 #pragma once
 
-#include "engine/episodes/policy.hpp"
+#include "engine/episodes/environment.hpp"
 #include "engine/report/output_keys.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace trocar::engine {
 

@@ -2,7 +2,12 @@
 // package of this project nor NumPy is needed; where NumPy is installed, observations are its arrays.
 #pragma once
 
+#include "engine/episodes/environment.hpp"
 #include "engine/episodes/policy.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
 
 namespace trocar::engine {
 

@@ -1,4 +1,4 @@
-#include "engine/episodes/policy.hpp"
+#include "engine/episodes/make_policy.hpp"
 
 #include "engine/episodes/python_policy.hpp"
 
