@@ -31,6 +31,7 @@ struct Command {
 [[nodiscard]] Command add_verify_command(CLI::App& app);
 [[nodiscard]] Command add_explain_command(CLI::App& app);
 [[nodiscard]] Command add_film_command(CLI::App& app);
+[[nodiscard]] Command add_episode_command(CLI::App& app);
 [[nodiscard]] Command add_score_command(CLI::App& app);
 [[nodiscard]] Command add_schema_command(CLI::App& app);
 [[nodiscard]] Command add_sweep_command(CLI::App& app);

@@ -1,6 +1,7 @@
 // `trocar docs`: reference pages, the manual page and completions, as the program itself knows them.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/help.hpp"
+#include "engine/episodes/play.hpp"
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/plan_files.hpp"
 #include "engine/experiments/sweep/sweep_spec.hpp"
@@ -70,7 +71,7 @@ constexpr Page kPages[] = {
 
 std::string outputs_markdown() {
     std::vector<OutputTable> tables = run_output_tables();
-    for (auto&& more : {cost_output_tables(), plan_output_tables(), other_tables()})
+    for (auto&& more : {cost_output_tables(), plan_output_tables(), episode_output_tables(), other_tables()})
         for (const OutputTable& table : more) tables.push_back(table);
     return "# Outputs\n\nEvery file, column and key that the program writes. This page is written by the program, `trocar docs outputs`, from the "
            "tables that its writers take their names from. Columns and keys keep their names; more may follow at the end.\n\nAll numbers are in SI, "

@@ -95,7 +95,7 @@ static std::optional<Error> check_values(const CLI::App& command) {
 Result<void> check_command_line(std::vector<std::string> words) {
     CLI::App app{"", "trocar"};
     app.require_subcommand(1);
-    const Command commands[] = {add_run_command(app), add_plan_command(app), add_cost_command(app), add_verify_command(app)};
+    const Command commands[] = {add_run_command(app), add_plan_command(app), add_cost_command(app), add_verify_command(app), add_episode_command(app)};
     std::reverse(words.begin(), words.end()); // as the library wants them
     try {
         app.parse(words);
@@ -119,7 +119,7 @@ int run_program(int argc, char** argv) {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
-        add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app), add_import_command(app), add_film_command(app),
+        add_episode_command(app), add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app), add_import_command(app), add_film_command(app),
         add_docs_command(app),
     };
     give_examples(app);

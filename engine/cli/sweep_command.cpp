@@ -1,10 +1,13 @@
 // `sweep`: many runs of scenes, resumable, and one table at the end.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/job_pool.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/sweep_folder.hpp"
+#include "engine/cli/sweep_options.hpp"
 #include "engine/experiments/sweep/collect.hpp"
 #include "engine/experiments/sweep/slurm.hpp"
+#include "engine/experiments/sweep/slurm_queue.hpp"
 #include "engine/experiments/sweep/sweep_page.hpp"
 #include "engine/experiments/sweep/worker.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -27,7 +30,6 @@ namespace {
 
 constexpr std::uint64_t kMostListed = 1000; // runs that --dry-run lists
 constexpr std::size_t kMostRefused = 4;     // workers that end with an error of their own before no more are started
-constexpr std::size_t kMostTried = 2000;    // values of a varied option whose command line is checked beforehand
 
 struct SweepRequest {
     std::filesystem::path sweep, out, table;
@@ -36,48 +38,6 @@ struct SweepRequest {
     SlurmOptions cluster;
     bool status = false, plan = false, resume = false, dry_run = false, retry_failed = false, quiet = false;
 };
-
-/// Words that the sweep itself gives to every run.
-Result<void> check_options(const SweepSpec& spec, const SweepPlan& plan) {
-    const auto fail = [&](std::string message) {
-        return Error{ErrorCode::BadUsage, std::move(message), spec.file.string(), spec.options_at.line, spec.options_at.column, "options"};
-    };
-    const auto is_own = [](const std::string& word) {
-        for (const char* own : {"--out", "--force", "--quiet", "--resume", "--only", "--parent", "--set", "--no-report", "--help", "-h"})
-            if (word == own || word.starts_with(std::string(own) + "=")) return true;
-        return false;
-    };
-    constexpr const char* kOwn = "found {}, which is the sweep's own affair; expected it left out";
-    for (const std::string& word : spec.options)
-        if (is_own(word)) return fail(fmt::format(kOwn, word));
-    for (const SweepAxis& axis : spec.axes)
-        for (const std::string& pointer : axis.pointers)
-            for (const std::string& word : spec.options)
-                if ((word == "--budget" && pointer.starts_with("/budget")) || word == pointer)
-                    return fail(fmt::format("found {}, and {} is varied; expected one of them", word, pointer));
-    PlannedRun run = plan.run(0);
-    for (const SweepAxis& axis : spec.axes)
-        for (std::size_t p = 0; p < axis.pointers.size(); ++p)
-            if (is_own(axis.pointers[p]))
-                return Error{ErrorCode::BadUsage, fmt::format(kOwn, axis.pointers[p]), axis.file, axis.pointer_at[p].line, axis.pointer_at[p].column, axis.pointers[p]};
-    if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
-        return fail(fmt::format("{} does not take them: {}", command_name(spec.command), taken.error().to_string()));
-    for (const SweepAxis& axis : spec.axes)
-        for (std::size_t p = 0; p < axis.pointers.size(); ++p) {
-            if (!is_option(axis.pointers[p])) continue;
-            const auto at = [&](TextPosition place, std::string message) {
-                return Error{ErrorCode::BadUsage, std::move(message), axis.file, place.line, place.column, axis.pointers[p]};
-            };
-            for (std::size_t k = 0; k < std::min(axis.values.size(), kMostTried); ++k) {
-                for (auto& [name, value] : run.settings)
-                    if (name == axis.pointers[p]) value = axis.values[k][p];
-                if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
-                    return at(axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[k],
-                              fmt::format("{} does not take it: {}", command_name(spec.command), taken.error().to_string()));
-            }
-        }
-    return {};
-}
 
 std::string duration_text(double s) {
     if (s < 90.0) return fmt::format("{:.2g} s", s);
@@ -98,6 +58,7 @@ public:
             const SlurmQueue queue = ask_queue(request_.out);
             if (queue.running + queue.waiting > 0) fmt::print("slurm    {} tasks running, {} waiting\n", queue.running, queue.waiting);
             if (!queue.failure.empty()) fmt::print("slurm    cannot be asked: {}\n", queue.failure);
+            fmt::print("{}", ended_text(queue, status.incomplete));
             std::fflush(stdout);
             if (!request_.watch || status.done + status.failed == status.runs) return kExitFine;
             for (int tenth = 0; tenth < 20; ++tenth) {
@@ -170,17 +131,26 @@ public:
     }
 
     int collect() const {
-        const SweepTable table = collect_table(request_.out, plan_);
+        auto csv = AtomicFile::create(request_.table);
+        if (!csv) return report_error(csv.error());
+        SweepPage plots(column_names(plan_), plan_);
+        if (const auto head = csv->add(csv_row(column_names(plan_))); !head) return report_error(head.error());
+        const auto collected = collect_table(request_.out, plan_, [&](std::uint64_t run, const std::vector<std::string>& row) {
+            plots.add(run, row);
+            return csv->add(csv_row(row));
+        });
+        if (!collected) return report_error(collected.error());
+        const SweepTable& table = *collected;
         WrittenOutputs outputs;
-        outputs.note(write_file_atomically(request_.table, table_csv(table)));
+        outputs.note(csv->finish());
         const std::filesystem::path page = std::filesystem::path(request_.table).replace_extension(".html");
         std::error_code unknown;
         const std::filesystem::path place = std::filesystem::absolute(page, unknown).lexically_normal().parent_path();
         const bool is_device = std::filesystem::exists(request_.table, unknown) && !std::filesystem::is_regular_file(request_.table, unknown);
-        if (!is_device) outputs.note(write_file_atomically(page, sweep_page(request_.sweep.stem().string(), table, plan_, request_.out, place)));
+        if (!is_device) outputs.note(write_file_atomically(page, plots.text(request_.sweep.stem().string(), table, request_.out, place)));
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         if (table.missing > 0) fmt::print(stderr, "notice: {} of {} runs are missing in the table\n", table.missing, plan_.run_count());
-        fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows.size(),
+        fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows,
                    table.done, table.failed, table.missing);
         return outputs.tell({});
     }
@@ -284,7 +254,7 @@ int sweep(SweepRequest& request) {
     if (!spec) return report_error(spec.error());
     const auto plan = make_plan(*spec);
     if (!plan) return report_error(plan.error());
-    if (const auto fits = check_options(*spec, *plan); !fits) return report_error(fits.error());
+    if (const auto fits = check_sweep_options(*spec, *plan); !fits) return report_error(fits.error());
     if (request.dry_run) return Sweep(request, *plan).list();
     std::error_code failed;
     request.out = std::filesystem::absolute(request.out, failed).lexically_normal();
@@ -333,6 +303,7 @@ Command add_sweep_command(CLI::App& app) {
     CLI::Option* slurm = command->add_flag("--slurm", request->slurm, "submit what is missing as one array job of Slurm");
     command->add_option("--partition", request->cluster.partition, "of the cluster")->needs(slurm);
     command->add_option("--time", request->cluster.time, "limit of one task, as Slurm writes it; from a forecast when absent")->needs(slurm);
+    command->add_option("--memory", request->cluster.memory_mb, "MB of one task; from a forecast when absent")->needs(slurm)->check(number_range(1.0, 1e8));
     command->add_flag("--watch", request->watch, "with --status: tell it every two seconds until all is done");
     command->add_flag("!--no-forecast", request->forecast, "with --dry-run or --slurm: try no steps; a run counts as a second");
     command->add_flag("--quiet", request->quiet, "no progress line");

@@ -15,6 +15,8 @@
 namespace trocar::engine {
 namespace {
 
+constexpr std::size_t kAtOnce = std::size_t{1} << 16; // bytes that are written at once
+
 Error cannot_write(const std::filesystem::path& path, int reason) {
     return {ErrorCode::CannotWrite, fmt::format("cannot be written: {}", std::strerror(reason)), path.string()};
 }
@@ -30,22 +32,6 @@ int write_all(int fd, std::string_view bytes) {
     return 0;
 }
 
-/// Writes, optionally flushes to the disk, and closes. 0, or the system's reason: a full disk may only show at the end.
-int write_and_close(int fd, std::string_view bytes, bool flush) {
-    int reason = write_all(fd, bytes);
-    if (reason == 0 && flush && ::fsync(fd) != 0 && errno != EINVAL) reason = errno;
-    if (::close(fd) != 0 && reason == 0) reason = errno;
-    return reason;
-}
-
-Result<void> write_directly(const std::filesystem::path& path, std::string_view bytes) {
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    if (fd < 0) return cannot_write(path, errno);
-    const int reason = write_and_close(fd, bytes, false);
-    if (reason != 0) return cannot_write(path, reason);
-    return {};
-}
-
 /// Two writers of the same file, in one process or in two, must not share the temporary one.
 std::filesystem::path temporary_beside(const std::filesystem::path& target) {
     static std::atomic<unsigned> counter{0};
@@ -54,7 +40,7 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target) {
 
 } // namespace
 
-Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {
+Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
     std::filesystem::path target = path;
     std::error_code failed;
     if (std::filesystem::is_symlink(path, failed)) {
@@ -64,17 +50,46 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::strin
     struct stat old {};
     const bool exists = ::stat(target.c_str(), &old) == 0;
     if (exists && S_ISDIR(old.st_mode)) return cannot_write(path, EISDIR);
-    if (exists && !S_ISREG(old.st_mode)) return write_directly(target, bytes);
+    const bool is_device = exists && !S_ISREG(old.st_mode);
+    const std::filesystem::path temporary = is_device ? std::filesystem::path() : temporary_beside(target);
+    const int file = is_device ? ::open(target.c_str(), O_WRONLY | O_CLOEXEC) : ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) return cannot_write(path, errno);
+    if (exists && !is_device) (void)::fchmod(file, old.st_mode & 0777); // a new file must not open up an old one; failing is harmless
+    return AtomicFile(path, target, temporary, file);
+}
 
-    const std::filesystem::path temporary = temporary_beside(target);
-    const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd < 0) return cannot_write(path, errno);
-    if (exists) (void)::fchmod(fd, old.st_mode & 0777); // a new file must not open up an old one; failing is harmless
-    int reason = write_and_close(fd, bytes, true);
-    if (reason == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) reason = errno;
-    if (reason == 0) return {};
-    (void)::unlink(temporary.c_str());
-    return cannot_write(path, reason);
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)), target_(std::move(other.target_)), temporary_(std::exchange(other.temporary_, {})),
+      file_(std::exchange(other.file_, -1)), pending_(std::move(other.pending_)) {}
+
+AtomicFile::~AtomicFile() {
+    if (file_ >= 0) ::close(file_);
+    if (!temporary_.empty()) (void)::unlink(temporary_.c_str());
+}
+
+Result<void> AtomicFile::add(std::string_view bytes) {
+    pending_ += bytes;
+    if (pending_.size() < kAtOnce) return {};
+    const int reason = write_all(file_, pending_);
+    pending_.clear();
+    return reason == 0 ? Result<void>() : cannot_write(path_, reason);
+}
+
+Result<void> AtomicFile::finish() {
+    int reason = write_all(file_, pending_); // a full disk may only show at the end
+    if (reason == 0 && !temporary_.empty() && ::fsync(file_) != 0 && errno != EINVAL) reason = errno;
+    if (::close(std::exchange(file_, -1)) != 0 && reason == 0) reason = errno;
+    if (reason == 0 && !temporary_.empty() && ::rename(temporary_.c_str(), target_.c_str()) != 0) reason = errno;
+    if (reason != 0) return cannot_write(path_, reason);
+    temporary_.clear();
+    return {};
+}
+
+Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {
+    auto file = AtomicFile::create(path);
+    if (!file) return file.error();
+    if (auto added = file->add(bytes); !added) return added;
+    return file->finish();
 }
 
 Result<void> check_place(const std::filesystem::path& file, std::string option) {

@@ -36,6 +36,7 @@ namespace output_name {
 inline constexpr const char* kLock = ".trocar.lock";
 inline constexpr const char* kSteps = "steps.csv";
 inline constexpr const char* kPartialSteps = "steps.csv.partial"; // until the run ends; all that is left of a killed one
+inline constexpr const char* kActions = "actions.csv"; // of an episode
 inline constexpr const char* kSummary = "summary.json";
 inline constexpr const char* kReport = "report.html";
 inline constexpr const char* kTrace = "trace.json";

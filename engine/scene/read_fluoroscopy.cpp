@@ -140,7 +140,8 @@ std::optional<Error> read_bits(const Reading& reading, unsigned& bits) {
 }
 
 std::optional<Error> read_matter(const Reading& reading, std::vector<std::pair<std::string, XrayMatter>>& matter) {
-    const auto& [context, values, scene] = reading;
+    const auto& [context, values, all] = reading;
+    const auto& scene = all; // a lambda takes no binding
     const JsonNode* node = values.find("matter");
     if (node == nullptr) return std::nullopt;
     constexpr std::array<std::string_view, 5> kWords{"tissue", "blood", "bone", "nitinol", "steel"};

@@ -1,5 +1,6 @@
 #include "targets.hpp"
 
+#include "engine/experiments/sweep/result_store.hpp"
 #include "engine/io/mesh_path.hpp"
 #include "engine/report/grant_record.hpp"
 #include "engine/step/checkpoint.hpp"
@@ -32,6 +33,23 @@ const char* kScene = R"({"name": "a", "units": {"length": "mm", "pressure": "kPa
 "targets": {"end": {"position": [0, 0, 8]}}, "contact": {"margin": 0.3},
 "effects": ["elasticity", "gravity", {"name": "breathing", "amplitude": 10}], "outputs": {"pictures": 2}}
 )";
+
+const char* kSweep = R"({"scene": ["a.json", "b.json"], "command": "run", "options": ["-n", "20"], "repeat": 2, "draws": {"count": 3, "seed": 1},
+"vary": {"/budget": ["exact", "work:5"], "/x/y": {"from": 0, "to": 1, "count": 3}, "/z": {"from": 1, "to": 100, "count": 3, "scale": "log"},
+"/u": {"uniform": [0, 1]}, "/l": {"log_uniform": [1, 9]}, "/n": {"normal": [0, 1]}, "/i": {"integer": [-3, 4]}, "/c": {"choice": [1, "a", [2]]}, "--fast": [1]},
+"collect": {"hash": "/state_hash", "peak": {"column": "max_contact_force_n", "take": "p99"}}, "keep": "folder", "time_limit": 10}
+)";
+
+std::string sound_plan() {
+    SweepPlan plan;
+    plan.program = "trocar", plan.folder = "/sweeps";
+    plan.options = {"-n", "20"}, plan.scene_names = {"a.json"};
+    plan.scenes = {{"/sweeps/a.json", "00"}}, plan.files = {{"/sweeps/a.obj", "11"}};
+    plan.axes = {{{"/budget", "--fast"}, {{"\"exact\"", "1"}, {"\"work:5\"", "[2,\"a\"]"}}}};
+    plan.repeat = 3, plan.chunk_runs = 2;
+    plan.collect = {{"hash", "/state_hash", "", "", {}}, {"peak", "", "max_contact_force_n", "p99", {}}};
+    return plan.text();
+}
 
 std::string sound_frames() {
     std::string bytes = "name a\nnV 3\nnT 1\nframes 2\n|";
@@ -92,6 +110,13 @@ std::vector<std::string> seeds_of(std::string_view target) {
         seeds.push_back(checkpoint_bytes({0x77, "a scene", {BudgetMode::Work, 0.0, 300}, 12, std::string(64, '\x05')}));
     if (target == "gzip")
         seeds.insert(seeds.end(), {test::deflate_bytes("some text, some text, some text"), test::deflate_bytes("zlib", 15)});
+    if (target == "sweep") seeds.emplace_back(kSweep);
+    if (target == "plan") seeds.push_back(sound_plan());
+    if (target == "result") {
+        seeds.push_back(result_line({5, "00ff", "failed: exit 3: \"a\",", {"1.5", "", "\xc3\xa4"}, R"({"a":[1,null,1e300]})"}));
+        seeds.back().pop_back();
+    }
+    if (target == "rows") seeds.insert(seeds.end(), {"/budget,/x\nexact,\"a \"\"b\"\", c\"\n\n,\n1,2", "\xEF\xBB\xBF" "a\r\n1\r\n", "\xEF\xBB\xBF\xEF\xBB\xBF\n1"});
     if (target == "message")
         for (const char* message :
              {R"({"type": "drive", "insertion": 0.5, "rotation": -1})", R"({"type": "budget", "mode": "wall", "ms": 8})",

@@ -1,6 +1,9 @@
 #include "targets.hpp"
 
 #include "collision/ccd/ccd.hpp"
+#include "engine/experiments/sweep/csv.hpp"
+#include "engine/experiments/sweep/reduction.hpp"
+#include "engine/experiments/sweep/result_store.hpp"
 #include "engine/io/ccd_queries.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/formats.hpp"
@@ -185,6 +188,66 @@ void read_frame_folder(std::string_view bytes) {
     std::filesystem::remove_all(folder);
 }
 
+void read_sweep_text(std::string_view bytes) {
+    const auto spec = parse_sweep(bytes, "/nowhere/fuzzed.json");
+    if (!is_fine(spec)) return;
+    std::uint64_t runs = spec->scenes.size() * spec->repeat;
+    for (const SweepAxis& axis : spec->axes) {
+        runs *= axis.values.size();
+        require(axis.pointers.size() == axis.pointer_at.size(), "every pointer has its place");
+        for (const auto& values : axis.values) require(values.size() == axis.pointers.size(), "every pointer has a value in every row");
+    }
+    require(runs > 0 && runs <= kMostRuns, "a sweep has a bounded number of runs");
+}
+
+void read_plan_text(std::string_view bytes) {
+    const auto plan = parse_plan(bytes, kName);
+    if (!is_fine(plan)) return;
+    for (const std::uint64_t number : {std::uint64_t{0}, plan->run_count() / 2, plan->run_count() - 1}) {
+        const PlannedRun run = plan->run(number);
+        require(run.scene < plan->scenes.size() && run.key.size() == 32, "a run has a scene and a key");
+        (void)plan->command_line(run, "out");
+        (void)plan->describe(run);
+    }
+    require(plan->chunk(plan->chunk_count() - 1).second == plan->run_count(), "chunks hold every run");
+    const std::string text = plan->text();
+    const auto again = parse_plan(text, kName);
+    require(again.ok() && again->text() == text && again->run(0).key == plan->run(0).key, "a plan that is written is read alike");
+}
+
+/// A line of results, as it is and with the checksum that fits.
+void read_result_line(std::string_view bytes) {
+    const auto check = [](std::string_view line) {
+        const auto result = parse_result_line(line);
+        if (!result) return;
+        std::string again = result_line(*result);
+        require(again.ends_with('\n') && again.find('\n') == again.size() - 1, "a result is one line");
+        again.pop_back();
+        const auto read = parse_result_line(again);
+        require(read && read->run == result->run && read->key == result->key && read->status == result->status && read->values == result->values,
+                "a result that is written is read alike");
+    };
+    check(bytes);
+    BitHash hash;
+    const std::string_view text = bytes.substr(std::min<std::size_t>(bytes.size(), 17));
+    hash.add_text(text);
+    check(fmt::format("{:016x} {}", hash.value(), text));
+}
+
+void read_csv_text(std::string_view bytes) {
+    std::string text;
+    const auto rows = read_csv(bytes);
+    for (const CsvRow& row : rows) {
+        require(!row.cells.empty(), "a row has a cell");
+        for (std::size_t i = 0; i < row.cells.size(); ++i) text += (i > 0 ? "," : "") + csv_cell(row.cells[i]);
+        text += '\n';
+        (void)column_values(bytes, row.cells.front());
+    }
+    const auto again = read_csv(text);
+    require(again.size() == rows.size(), "rows that are written are read");
+    for (std::size_t k = 0; k < rows.size(); ++k) require(again[k].cells == rows[k].cells, "cells that are written are read alike");
+}
+
 /// Messages of the page, or of any client that has the token.
 void read_message(std::string_view bytes) {
     const viewer::CommandRange range{{100, 20}, {true, false}};
@@ -277,6 +340,10 @@ constexpr Target kTargets[] = {
     {"sph", read_spheres, 2048},
     {"frames", read_frame_folder, 2048},
     {"gzip", unfold, 4096},
+    {"sweep", read_sweep_text, 4096},
+    {"plan", read_plan_text, 4096},
+    {"result", read_result_line, 2048},
+    {"rows", read_csv_text, 2048},
     {"message", read_message, 2048},
     {"meeting", meet_rationally, 256},
 };

@@ -1,9 +1,12 @@
 // The plan of a sweep: its runs follow from their numbers, its text from the sweep, the scenes and the program.
 #include "engine/experiments/sweep/result_store.hpp"
 #include "engine/experiments/sweep/slurm.hpp"
+#include "engine/experiments/sweep/sweep_page.hpp"
 #include "sweep_fixture.hpp"
 
 #include <set>
+
+#include <sys/resource.h>
 
 namespace trocar::engine {
 namespace {
@@ -33,6 +36,23 @@ TEST_F(SweepPlanTest, RunsAreTheProductWithTheFirstPointerSlowest) {
     EXPECT_EQ(run.settings[1].second, "100");
     EXPECT_EQ(run.repeat, 1u);
     EXPECT_EQ(plan.run(3).settings[1].second, "10");
+}
+
+TEST_F(SweepPlanTest, PicturesAndPagesAreMadeOnlyWhereTheyAreKept) {
+    SweepPlan plan = plan_of(kSweep);
+    const auto has = [&](const char* word) {
+        const std::vector<std::string> words = plan.command_line(plan.run(0), "out");
+        return std::count(words.begin(), words.end(), word);
+    };
+    EXPECT_EQ(has("--no-pictures"), 1);
+    EXPECT_EQ(has("--no-report"), 1);
+    plan.options = {"--no-pictures"};
+    EXPECT_EQ(has("--no-pictures"), 1);
+    plan.options.clear();
+    plan.command = SweepCommand::Episode;
+    EXPECT_EQ(has("--no-pictures") + has("--no-report"), 0) << "it makes none";
+    plan.command = SweepCommand::Run, plan.keeps_folders = true;
+    EXPECT_EQ(has("--no-pictures") + has("--no-report"), 0);
 }
 
 TEST_F(SweepPlanTest, EveryRunHasAKeyOfItsOwn) {
@@ -122,6 +142,57 @@ TEST_F(SweepPlanTest, ResultsOfAnotherKeyDoNotCount) {
     ASSERT_TRUE(part.ok());
     ASSERT_TRUE(part->add({0, plan.run(0).key, "done", {"x"}, "null"}).ok());
     EXPECT_EQ(ResultStore(out, plan).read(0).runs.size(), 1u);
+}
+
+/// kB, the most that this process has held at once.
+long peak_memory() {
+    rusage used{};
+    getrusage(RUSAGE_SELF, &used);
+    return used.ru_maxrss;
+}
+
+TEST_F(SweepPlanTest, TheTableOfManyRunsIsNeverHeldWhole) {
+    const SweepPlan plan = plan_of(R"({"scene": "ball.json", "repeat": 1000,
+        "vary": {"/bodies/ball/surface/radius": {"from": 1, "to": 10, "count": 200}}, "collect": {"steps": "/steps", "text": "/text"}})");
+    ASSERT_EQ(plan.run_count(), 200'000u);
+    const ResultStore store(folder / "out", plan);
+    std::filesystem::create_directories(folder / "out" / sweep_name::kResults);
+    for (std::uint64_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
+        ChunkResults results;
+        for (std::uint64_t k = plan.chunk(chunk).first; k < plan.chunk(chunk).second; ++k)
+            results.runs[k] = {k, plan.run(k).key, "done", {std::to_string(k), std::string(150, 'x')}, "null"};
+        ASSERT_TRUE(store.pack(chunk, results).ok());
+    }
+    const long before = peak_memory();
+    SweepPage page(column_names(plan), plan);
+    std::uint64_t expected = 0, bytes = 0;
+    const auto table = collect_table(folder / "out", plan, [&](std::uint64_t run, const std::vector<std::string>& row) -> Result<void> {
+        EXPECT_EQ(run, expected++);
+        EXPECT_EQ(row[3], std::to_string(run));
+        page.add(run, row);
+        bytes += csv_row(row).size();
+        return {};
+    });
+    ASSERT_TRUE(table.ok());
+    EXPECT_EQ(table->done, plan.run_count());
+    const std::string text = page.text("many", *table, folder / "out", folder);
+    EXPECT_NE(text.find("<td>steps</td><td>200000</td><td>99999.5</td><td>0</td><td>199999</td>"), std::string::npos) << "totals are of all rows";
+    EXPECT_NE(text.find("drawn at random from all"), std::string::npos);
+    EXPECT_GT(bytes, 30'000'000u);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    EXPECT_LT(peak_memory() - before, 48'000) << "kB";
+#endif
+}
+
+TEST_F(SweepPlanTest, ATableThatCannotBeWrittenEndsTheCollection) {
+    const SweepPlan plan = plan_of(kSweep);
+    const auto table = collect_table(folder / "out", plan, [](std::uint64_t run, const std::vector<std::string>& row) -> Result<void> {
+        EXPECT_EQ(row.back(), "");
+        if (run < 2) return {};
+        return Error{ErrorCode::CannotWrite, "no space"};
+    });
+    ASSERT_FALSE(table.ok());
+    EXPECT_EQ(table.error().message, "no space");
 }
 
 TEST_F(SweepPlanTest, TasksTakeEveryChunkOnceAndAreNoMoreThanAllowed) {

@@ -9,6 +9,18 @@ namespace {
 
 constexpr std::size_t kMostSpans = 20;
 
+/// result  nullptr: missing
+void make_row(const SweepPlan& plan, const PlannedRun& run, const RunResult* result, std::vector<std::string>& row) {
+    row.clear();
+    if (plan.has_scene_column) row.push_back(plan.scene_names[run.scene]);
+    for (const auto& [pointer, value] : run.settings) row.push_back(value_text(value));
+    row.push_back(std::to_string(run.repeat));
+    row.push_back(result != nullptr ? result->status : "missing");
+    for (std::size_t i = 0; i < plan.collect.size(); ++i) row.push_back(result != nullptr ? result->values[i] : "");
+}
+
+} // namespace
+
 std::vector<std::string> column_names(const SweepPlan& plan) {
     std::vector<std::string> names;
     if (plan.has_scene_column) names.emplace_back("scene");
@@ -18,36 +30,29 @@ std::vector<std::string> column_names(const SweepPlan& plan) {
     return names;
 }
 
-} // namespace
-
-SweepTable collect_table(const std::filesystem::path& folder, const SweepPlan& plan) {
+Result<SweepTable> collect_table(const std::filesystem::path& folder, const SweepPlan& plan, const RowSink& sink) {
     SweepTable table;
     table.columns = column_names(plan);
     table.varied = table.columns.size() - plan.collect.size() - 2;
+    table.rows = plan.run_count();
     const ResultStore store(folder, plan);
     const ResultStore::Parts begun = store.find_begun();
     std::vector<std::uint64_t> found(plan.collect.size());
+    std::vector<std::string> row;
     for (std::uint64_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
         const ChunkResults results = store.read(chunk, begun);
         const auto [first, end] = plan.chunk(chunk);
         for (std::uint64_t number = first; number < end; ++number) {
-            const PlannedRun run = plan.run(number);
-            std::vector<std::string>& row = table.rows.emplace_back();
-            if (plan.has_scene_column) row.push_back(plan.scene_names[run.scene]);
-            for (const auto& [pointer, value] : run.settings) row.push_back(value_text(value));
-            row.push_back(std::to_string(run.repeat));
             const auto result = results.runs.find(number);
             const bool is_there = result != results.runs.end();
-            row.push_back(is_there ? result->second.status : "missing");
-            for (std::size_t i = 0; i < plan.collect.size(); ++i) {
-                row.push_back(is_there ? result->second.values[i] : "");
-                found[i] += !row.back().empty();
-            }
+            make_row(plan, plan.run(number), is_there ? &result->second : nullptr, row);
+            for (std::size_t i = 0; i < found.size(); ++i) found[i] += !row[table.varied + 2 + i].empty();
             table.missing += !is_there;
             table.done += is_there && result->second.status == "done";
+            if (auto taken = sink(number, row); !taken) return taken.error();
         }
     }
-    table.failed = plan.run_count() - table.done - table.missing;
+    table.failed = table.rows - table.done - table.missing;
     for (std::size_t i = 0; i < found.size(); ++i)
         if (found[i] == 0 && table.done > 0)
             table.notices.push_back(fmt::format("{}: no run has {}", plan.collect[i].name,
@@ -55,15 +60,10 @@ SweepTable collect_table(const std::filesystem::path& folder, const SweepPlan& p
     return table;
 }
 
-std::string table_csv(const SweepTable& table) {
+std::string csv_row(const std::vector<std::string>& cells) {
     std::string text;
-    const auto add = [&](const std::vector<std::string>& row) {
-        for (std::size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + csv_cell(row[i]);
-        text += '\n';
-    };
-    add(table.columns);
-    for (const auto& row : table.rows) add(row);
-    return text;
+    for (std::size_t i = 0; i < cells.size(); ++i) text += (i > 0 ? "," : "") + csv_cell(cells[i]);
+    return text + '\n';
 }
 
 SweepStatus find_status(const std::filesystem::path& folder, const SweepPlan& plan) {

@@ -9,17 +9,22 @@
 
 namespace trocar::engine {
 
-/// Rows in the plan's order, as text.
+/// What a table came to; its rows are passed on one by one, and not kept.
 struct SweepTable {
     std::vector<std::string> columns;
-    std::vector<std::vector<std::string>> rows;
     std::size_t varied = 0; // columns before "repeat"
-    std::uint64_t done = 0, failed = 0, missing = 0;
+    std::uint64_t rows = 0, done = 0, failed = 0, missing = 0;
     std::vector<std::string> notices; // collected names that no run has
 };
 
-[[nodiscard]] SweepTable collect_table(const std::filesystem::path& folder, const SweepPlan& plan);
-[[nodiscard]] std::string table_csv(const SweepTable& table);
+[[nodiscard]] std::vector<std::string> column_names(const SweepPlan& plan);
+/// Called with every row in the plan's order: the run's number, cells as text. An error ends the collection.
+using RowSink = std::function<Result<void>(std::uint64_t, const std::vector<std::string>&)>;
+/// memory  results of one chunk
+/// fails   as the sink
+[[nodiscard]] Result<SweepTable> collect_table(const std::filesystem::path& folder, const SweepPlan& plan, const RowSink& sink);
+/// A line with its end.
+[[nodiscard]] std::string csv_row(const std::vector<std::string>& cells);
 
 struct SweepStatus {
     std::uint64_t runs = 0, done = 0, failed = 0, missing = 0, chunks = 0, complete_chunks = 0;

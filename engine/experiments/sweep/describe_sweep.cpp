@@ -67,9 +67,9 @@ const ObjectSpec& draws_table() {
 
 const ObjectSpec& reduction_table() {
     static const ObjectSpec table{
-        "reduction", "One number of a column of steps.csv.", "column", "",
-        {text_field("column", "Of steps.csv, as in max_contact_force_n.").required(),
-         choice_field("take", reduction_names(), "What of the steps' values: pN are nearest-rank percentiles.").required()}};
+        "reduction", "One number of a column of steps.csv, of `episode` of actions.csv.", "column", "",
+        {text_field("column", "As in max_contact_force_n; of `episode` as in contact_force_n.").required(),
+         choice_field("take", reduction_names(), "What of the column's values: pN are nearest-rank percentiles.").required()}};
     return table;
 }
 
@@ -85,7 +85,7 @@ const ObjectSpec& sweep_table() {
          value_field("scene", any_value({text_field("", "").value, list_value(text_field("", "").value, 1)}),
                      "The scene's file, relative to this file's folder; a list is varied first, and gets a column. Of `verify` the file of its list.")
              .required(),
-         choice_field("command", {"run", "cost", "plan", "verify"}, "What is done with every scene.").by_default(std::string_view("run")),
+         choice_field("command", {"run", "cost", "plan", "verify", "episode"}, "What is done with every scene.").by_default(std::string_view("run")),
          value_field("options", list_value(text_field("", "").value, 0),
                      "Of the command, word by word, as in [\"-n\", \"200\"]. Names of files are relative to this file's folder."),
          count_field("repeat", 1, kMostCount, "How often every combination is run; the column repeat counts from 0.").by_default(1.0),
@@ -103,8 +103,8 @@ const ObjectSpec& sweep_table() {
          path_field("rows", "A CSV file whose header names pointers and whose every row is one combination of their values, relative to this file's "
                             "folder. A cell is JSON, or else a string. Rows change slower than `vary`."),
          map_field("collect", any_value({text_field("", "").value, object_value(reduction_table())}),
-                   "Column of the table -> a JSON pointer into the run's figures (summary.json of run, cost.json of cost, plan.json of plan), or a "
-                   "reduction of steps.csv."),
+                   "Column of the table -> a JSON pointer into the run's figures (summary.json of run and episode, cost.json of cost, plan.json of plan), or a "
+                   "reduction of steps.csv, of an episode's actions.csv."),
          choice_field("keep", {"summary", "folder"}, "What stays of a run besides its row: its figures, or its whole output folder with the report.")
              .by_default(std::string_view("summary")),
          number_field("time_limit", Dimension::None, between(1e-3, 1e7), "s of wall time that one run may take; it fails beyond. None when absent.")}};

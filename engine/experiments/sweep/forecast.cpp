@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 
 namespace trocar::engine {
 namespace {
@@ -20,7 +21,16 @@ constexpr std::uint64_t kCostSteps = 300; // without -n
 /// `plan` drives, and then replays the path.
 constexpr double kPlanRuns = 2.0;
 
+/// An episode has a time limit of its own, from the way's length: never less than this, and a policy may arrive earlier.
+constexpr double kEpisode_s = 10.0;
+
 std::uint64_t count_steps(const SweepPlan& plan, const SceneModel& model) {
+    if (plan.command == SweepCommand::Episode) {
+        double limit = kEpisode_s;
+        for (std::size_t i = 0; i + 1 < plan.options.size(); ++i)
+            if (plan.options[i] == "--time") limit = std::strtod(plan.options[i + 1].c_str(), nullptr);
+        return static_cast<std::uint64_t>(std::clamp(limit / model.step_s, 1.0, 1e9));
+    }
     std::uint64_t steps = plan.command == SweepCommand::Cost ? std::min(model.step_count, kCostSteps) : model.step_count;
     for (std::size_t i = 0; i + 1 < plan.options.size(); ++i)
         if (plan.options[i] == "-n" || plan.options[i] == "--steps")
@@ -29,7 +39,7 @@ std::uint64_t count_steps(const SweepPlan& plan, const SceneModel& model) {
 }
 
 double count_runs(const SweepPlan& plan) {
-    if (plan.command == SweepCommand::Run) return 1.0;
+    if (plan.command == SweepCommand::Run || plan.command == SweepCommand::Episode) return 1.0;
     if (plan.command == SweepCommand::Plan) return kPlanRuns;
     for (std::size_t i = 0; i + 1 < plan.options.size(); ++i)
         if (plan.options[i] == "--budgets")

@@ -121,6 +121,22 @@ Result<std::vector<std::string>> read_scenes(const SweepSpec& spec, SweepPlan& p
     return texts;
 }
 
+/// Files that the command's options name: a path to replay, a policy as in policy.py:function.
+void find_option_files(const SweepSpec& spec, std::set<std::string>& files) {
+    const auto note = [&](const std::string& word) {
+        for (const std::string& name : {word, word.substr(0, word.rfind(':')), word.substr(word.find('=') + 1)}) {
+            std::error_code none;
+            const std::filesystem::path file = (spec.folder() / name).lexically_normal();
+            if (!name.empty() && std::filesystem::is_regular_file(file, none)) files.insert(file.string());
+        }
+    };
+    for (const std::string& word : spec.options) note(word);
+    for (const SweepAxis& axis : spec.axes)
+        for (std::size_t p = 0; p < axis.pointers.size(); ++p)
+            if (is_option(axis.pointers[p]))
+                for (const auto& values : axis.values) note(value_text(values[p]));
+}
+
 } // namespace
 
 Result<SweepPlan> make_plan(const SweepSpec& spec) {
@@ -144,7 +160,9 @@ Result<SweepPlan> make_plan(const SweepSpec& spec) {
     PlanCheck check(spec, plan);
     for (std::size_t i = 0; i < texts->size(); ++i)
         if (auto error = check.check(i, (*texts)[i])) return *error;
-    for (const std::string& file : check.files()) {
+    std::set<std::string> files = check.files();
+    find_option_files(spec, files);
+    for (const std::string& file : files) {
         const auto bytes = read_file_bytes(file);
         if (!bytes) return bytes.error();
         plan.files.push_back({file, hash_of(*bytes)});

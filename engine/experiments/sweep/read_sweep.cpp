@@ -3,6 +3,8 @@
 #include "engine/experiments/sweep/reduction.hpp"
 #include "engine/experiments/sweep/sweep_spec.hpp"
 #include "engine/io/file_bytes.hpp"
+#include "engine/report/episode_table.hpp"
+#include "engine/report/output_folder.hpp"
 #include "engine/report/step_table.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/override.hpp"
@@ -19,6 +21,9 @@ namespace {
 
 constexpr std::size_t kMostPointers = 1000; // each is compared with each
 constexpr double kLargestInteger = 9007199254740992.0; // 2^53
+
+/// Of all pointers together; a run has one for each. Checked before they are made.
+constexpr std::uint64_t kMostValues = 4'000'000;
 
 /// What the reading functions share.
 class SweepReader {
@@ -44,7 +49,7 @@ private:
             spec_.scene_at.push_back(one.at);
         }
         const Values values(&root_, sweep_table(), context_.units, "");
-        for (const SweepCommand command : {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify})
+        for (const SweepCommand command : kSweepCommands)
             if (values.text("command") == command_name(command)) spec_.command = command;
         if (const JsonNode* options = root_.find("options")) {
             spec_.options_at = options->at;
@@ -129,6 +134,7 @@ private:
         if (draws == nullptr) return fail(node.at, key, "is drawn; expected the sweep to say how often, as in \"draws\": {\"count\": 100, \"seed\": 1}");
         const auto count = static_cast<std::size_t>(draws->find("count")->number);
         const JsonNode* seed = draws->find("seed");
+        if (auto error = count_values(node.at, key, count)) return error;
         if (drawn_ == kNone) {
             drawn_ = spec_.axes.size();
             spec_.axes.emplace_back().file = context_.file_name;
@@ -146,9 +152,17 @@ private:
         return std::nullopt;
     }
 
-    std::optional<Error> read_range(const JsonNode& node, SweepAxis& axis, const std::string& key) const {
+    /// Before `more` values of one pointer are made.
+    std::optional<Error> count_values(TextPosition at, const std::string& key, std::uint64_t more) {
+        values_ += more;
+        if (values_ <= kMostValues) return std::nullopt;
+        return fail(at, key, fmt::format("found more than {0} values with those before; expected at most {0} in all", kMostValues));
+    }
+
+    std::optional<Error> read_range(const JsonNode& node, SweepAxis& axis, const std::string& key) {
         const double from = node.find("from")->number, to = node.find("to")->number;
         const auto count = static_cast<std::size_t>(node.find("count")->number);
+        if (auto error = count_values(node.at, key, count)) return error;
         const JsonNode* scale = node.find("scale");
         const bool log = scale != nullptr && scale->text == "log";
         if (log && (from <= 0.0 || to <= 0.0)) return fail(node.at, key, fmt::format("a log range from {:g} to {:g}; expected both above 0", from, to));
@@ -188,7 +202,8 @@ private:
         for (const JsonNode& member : collect->children) {
             CollectItem item{member.key, {}, {}, {}, member.at};
             const std::string key = join_key("collect", member.key);
-            if (member.key == "repeat" || member.key == "status" || member.key == "scene")
+            const bool is_varied = std::any_of(known_.begin(), known_.end(), [&](const auto& known) { return known.second == member.key; });
+            if (is_varied || member.key == "repeat" || member.key == "status" || member.key == "scene")
                 return fail(member.key_at, key, "the table has such a column already; expected another name");
             if (member.type == JsonType::Text) {
                 item.pointer = member.text;
@@ -203,9 +218,9 @@ private:
     std::optional<Error> read_reduction(const JsonNode& node, CollectItem& item, const std::string& key) const {
         item.column = node.find("column")->text;
         item.take = node.find("take")->text;
-        if (spec_.command != SweepCommand::Run)
-            return fail(node.at, key, fmt::format("{} writes no steps.csv; expected a pointer into {}", command_name(spec_.command), "its figures"));
-        const std::string header = step_table_header();
+        if (table_file(spec_.command) == nullptr)
+            return fail(node.at, key, fmt::format("{} writes no steps.csv; expected a pointer into its figures", command_name(spec_.command)));
+        const std::string header = spec_.command == SweepCommand::Episode ? action_table_header() : step_table_header();
         std::vector<std::string_view> columns;
         for (std::string_view rest = header; !rest.empty();) {
             const std::size_t comma = rest.find(',');
@@ -231,6 +246,7 @@ private:
     const JsonNode& root_;
     SweepSpec& spec_;
     std::size_t drawn_ = kNone; // the axis of drawn pointers
+    std::uint64_t values_ = 0;  // of ranges and draws
     std::vector<std::pair<std::vector<std::string>, std::string>> known_;
 };
 
@@ -245,13 +261,18 @@ std::optional<Error> check_count(const SweepSpec& spec) {
 } // namespace
 
 const char* command_name(SweepCommand command) noexcept {
-    constexpr const char* kNames[] = {"run", "cost", "plan", "verify"};
+    constexpr const char* kNames[] = {"run", "cost", "plan", "verify", "episode"};
     return kNames[static_cast<std::size_t>(command)];
 }
 
 const char* figures_file(SweepCommand command) noexcept {
-    constexpr const char* kNames[] = {"summary.json", "cost.json", "plan.json", nullptr};
+    constexpr const char* kNames[] = {"summary.json", "cost.json", "plan.json", nullptr, "summary.json"};
     return kNames[static_cast<std::size_t>(command)];
+}
+
+const char* table_file(SweepCommand command) noexcept {
+    if (command == SweepCommand::Episode) return output_name::kActions;
+    return command == SweepCommand::Run ? output_name::kSteps : nullptr;
 }
 
 std::filesystem::path SweepSpec::folder() const {
@@ -263,7 +284,11 @@ std::filesystem::path SweepSpec::folder() const {
 Result<SweepSpec> read_sweep(const std::filesystem::path& file) {
     const auto text = read_json_file(file);
     if (!text) return text.error();
-    const auto tree = parse_json_tree(*text, file.string());
+    return parse_sweep(*text, file);
+}
+
+Result<SweepSpec> parse_sweep(std::string_view text, const std::filesystem::path& file) {
+    const auto tree = parse_json_tree(text, file.string());
     if (!tree) return tree.error();
     CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
     if (auto error = check_object(*tree, sweep_table(), "", context)) return *error;

@@ -84,7 +84,8 @@ ResultStore::Parts ResultStore::find_begun() const {
     std::error_code failed;
     for (fs::directory_iterator it(folder_ / sweep_name::kResults, failed), end; !failed && it != end; it.increment(failed)) {
         const std::string name = it->path().filename().string();
-        if (!name.starts_with(kChunk)) continue;
+        std::error_code unknown;
+        if (!name.starts_with(kChunk) || !it->is_regular_file(unknown)) continue; // a pipe would be waited for
         std::vector<fs::path>& parts = begun[std::strtoull(name.c_str() + kChunk.size(), nullptr, 10)];
         if (name.ends_with(".part")) parts.push_back(it->path());
     }
@@ -104,7 +105,7 @@ ChunkResults ResultStore::read(std::uint64_t chunk, const Parts& begun) const {
         results.is_worked_on = results.is_worked_on || is_locked(part);
         if (auto text = read_file_bytes(part)) texts.push_back(std::move(*text));
     }
-    if (fs::exists(packed_file(chunk), none))
+    if (fs::is_regular_file(packed_file(chunk), none))
         if (const auto text = read_file_bytes(packed_file(chunk))) {
             take_lines(*text, plan_, first, end, results);
             results.is_packed = results.runs.size() == end - first;
@@ -184,7 +185,7 @@ Result<void> PartFile::add(const RunResult& result) {
 }
 
 bool is_locked(const fs::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) return false;
     const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     ::close(descriptor);

@@ -1,8 +1,8 @@
 #include "engine/experiments/sweep/slurm.hpp"
 
 #include "engine/experiments/sweep/result_store.hpp"
+#include "engine/experiments/sweep/slurm_queue.hpp"
 #include "engine/io/atomic_file.hpp"
-#include "engine/io/file_bytes.hpp"
 #include "engine/prepare/process.hpp"
 #include "engine/report/places.hpp"
 
@@ -25,7 +25,6 @@ constexpr double kTimeFactor = 4.0;         // of the forecast, that a task may 
 constexpr double kLeastTime_s = 600.0;      // a task's limit is never less
 constexpr double kMemoryFactor = 1.5, kLeastMemory_mb = 512.0;
 constexpr std::uint64_t kUsualArray = 1000; // tasks; Slurm's own MaxArraySize is 1001
-constexpr double kPatience_s = 120.0;       // for a command of Slurm
 
 std::string head(const std::string& name, const SlurmOptions& options) {
     std::string text = fmt::format("#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n"
@@ -38,20 +37,8 @@ std::string head(const std::string& name, const SlurmOptions& options) {
 /// minutes, as Slurm takes them
 std::string time_text(double s) { return fmt::format("{:.0f}", std::ceil(std::max(s, kLeastTime_s) / 60.0)); }
 
-Result<std::string> call(const char* tool, const std::vector<std::string>& arguments, const fs::path& folder) {
-    const auto program = find_program(tool, "slurm-client");
-    if (!program) return program.error();
-    const auto ended = run_process(*program, arguments, folder, kPatience_s);
-    if (!ended) return ended.error();
-    if (ended->exit_code == 0) return ended->output;
-    std::string said = ended->output;
-    while (!said.empty() && said.back() == '\n') said.pop_back();
-    std::replace(said.begin(), said.end(), '\n', ' ');
-    return Error{ErrorCode::ToolFailed, fmt::format("{} failed: {:.400}", tool, said)};
-}
-
 std::uint64_t find_array_limit(const fs::path& folder) {
-    const auto said = call("scontrol", {"show", "config"}, folder);
+    const auto said = call_slurm("scontrol", {"show", "config"}, folder);
     if (!said) return kUsualArray;
     const std::size_t at = said->find("MaxArraySize");
     if (at == std::string::npos) return kUsualArray;
@@ -66,7 +53,7 @@ Result<std::string> submit_script(const fs::path& script, const std::vector<std:
     std::vector<std::string> arguments{"--parsable"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     arguments.push_back(script.string());
-    const auto said = call("sbatch", arguments, folder);
+    const auto said = call_slurm("sbatch", arguments, folder);
     if (!said) return said.error();
     std::istringstream lines(*said);
     std::string id;
@@ -74,43 +61,6 @@ Result<std::string> submit_script(const fs::path& script, const std::vector<std:
         if (const std::string word = line.substr(0, line.find(';')); !word.empty() && word.find_first_not_of("0123456789") == std::string::npos) id = word;
     if (id.empty()) return Error{ErrorCode::ToolFailed, fmt::format("sbatch gave no number of a job: {:.200}", *said)};
     return id;
-}
-
-fs::path slurm_file(const fs::path& folder, int number, const char* name) { return folder / sweep_name::kSlurm / fmt::format("{}-{}", number, name); }
-
-int next_number(const fs::path& folder) {
-    int number = 1;
-    std::error_code none;
-    while (fs::exists(slurm_file(folder, number, "tasks"), none)) ++number;
-    return number;
-}
-
-std::vector<std::uint64_t> chunks_of(const std::string& line) {
-    std::vector<std::uint64_t> chunks;
-    std::istringstream words(line);
-    for (std::string word; std::getline(words, word, ',');) chunks.push_back(std::strtoull(word.c_str(), nullptr, 10));
-    return chunks;
-}
-
-/// One submission's tasks that are in the queue.
-void ask_about(const fs::path& folder, int number, SlurmQueue& queue) {
-    const auto id = read_file_bytes(slurm_file(folder, number, "job")), tasks = read_file_bytes(slurm_file(folder, number, "tasks"));
-    if (!id || !tasks) return;
-    std::vector<std::string> lines;
-    std::istringstream text(*tasks);
-    for (std::string line; std::getline(text, line);) lines.push_back(line);
-    const auto said = call("squeue", {"-h", "-r", "-j", id->substr(0, id->find_first_not_of("0123456789")), "-o", "%K %t"}, folder);
-    if (!said) {
-        if (said.error().message.find("Invalid job id") == std::string::npos) queue.failure = said.error().message; // long gone
-        return;
-    }
-    std::istringstream rows(*said);
-    std::size_t task = 0;
-    for (std::string state; rows >> task >> state;) {
-        ++(state == "R" || state == "CG" ? queue.running : queue.waiting);
-        if (task >= 1 && task <= lines.size())
-            for (const std::uint64_t chunk : chunks_of(lines[task - 1])) queue.chunks.insert(chunk);
-    }
 }
 
 } // namespace
@@ -136,7 +86,8 @@ SlurmScripts write_scripts(const fs::path& folder, int number, const fs::path& p
         scripts.tasks += fmt::format("{}\n", fmt::join(chunks, ","));
         longest = std::max(longest, chunks.size());
     }
-    const std::string memory = fmt::format("#SBATCH --mem={:.0f}M\n", std::max(kLeastMemory_mb, kMemoryFactor * forecast.memory_mb));
+    const double memory_mb = options.memory_mb > 0.0 ? options.memory_mb : std::max(kLeastMemory_mb, kMemoryFactor * forecast.memory_mb);
+    const std::string memory = fmt::format("#SBATCH --mem={:.0f}M\n", memory_mb);
     const std::string worker = fmt::format("exec {} sweep-worker {}", shell_quoted(program.string()), shell_quoted(folder.string()));
     scripts.prepare = head("trocar-prepare", options) + memory +
                       fmt::format("#SBATCH --time={}\n{} --prepare\n", time_text(0.0), worker);
@@ -159,7 +110,7 @@ Result<SlurmJob> submit(const fs::path& folder, const SweepPlan& plan, const std
     if (folder.string().find_first_of("%\\\n\r") != std::string::npos)
         return Error{ErrorCode::BadUsage, "Slurm would take a part of this name for its own; expected a folder without %, \\ and line ends", folder.string()};
     SlurmJob job;
-    job.number = next_number(folder);
+    job.number = next_submission(folder);
     const auto tasks = group_chunks(plan, chunks, forecast.run_s, find_array_limit(folder));
     const SlurmScripts scripts = write_scripts(folder, job.number, program, tasks, forecast, options);
     std::error_code failed;
@@ -178,12 +129,6 @@ Result<SlurmJob> submit(const fs::path& folder, const SweepPlan& plan, const std
     job.array_id = *submitted;
     if (auto written = write_file_atomically(slurm_file(folder, job.number, "job"), job.array_id + "\n"); !written) return written.error();
     return job;
-}
-
-SlurmQueue ask_queue(const fs::path& folder) {
-    SlurmQueue queue;
-    for (int number = 1; number < next_number(folder); ++number) ask_about(folder, number, queue);
-    return queue;
 }
 
 } // namespace trocar::engine

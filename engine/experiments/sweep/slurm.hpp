@@ -1,10 +1,9 @@
-// A sweep as one array job of Slurm: which chunks each task takes, the scripts, what the queue knows of them.
+// A sweep as one array job of Slurm: which chunks each task takes, and the scripts.
 #pragma once
 
 #include "engine/experiments/sweep/forecast.hpp"
 
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@ namespace trocar::engine {
 struct SlurmOptions {
     std::string partition; // empty: the cluster's own choice
     std::string time;      // of a task, as Slurm writes it; empty: from the forecast
+    double memory_mb = 0.0; // of a task; 0: from the forecast
 };
 
 /// Chunks of every task, contiguous, each about two minutes long and at most `most_tasks` in all.
@@ -37,13 +37,5 @@ struct SlurmJob {
 /// fails  MissingTool without sbatch, ToolFailed with what it said, CannotWrite
 [[nodiscard]] Result<SlurmJob> submit(const std::filesystem::path& folder, const SweepPlan& plan, const std::vector<std::uint64_t>& chunks,
                                       const std::filesystem::path& program, const SweepForecast& forecast, const SlurmOptions& options);
-
-/// What earlier submissions still have in the queue.
-struct SlurmQueue {
-    std::size_t running = 0, waiting = 0; // tasks
-    std::set<std::uint64_t> chunks;       // that those tasks will take
-    std::string failure;                  // why the queue could not be asked; empty: it could, or there is nothing to ask about
-};
-[[nodiscard]] SlurmQueue ask_queue(const std::filesystem::path& folder);
 
 } // namespace trocar::engine

@@ -40,7 +40,7 @@ SweepPlan from_json(const Json& json) {
     plan.program = json.at("program").get<std::string>();
     plan.folder = json.at("folder").get<std::string>();
     const auto command = json.at("command").get<std::string>();
-    for (const SweepCommand one : {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify})
+    for (const SweepCommand one : kSweepCommands)
         if (command == command_name(one)) plan.command = one;
     if (command != command_name(plan.command)) throw std::runtime_error("an unknown command");
     plan.options = json.at("options").get<std::vector<std::string>>();
@@ -155,7 +155,10 @@ std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const st
     words.emplace_back("--quiet");
     if (command == SweepCommand::Verify) return words;
     words.insert(words.end(), {"--out", out.string()});
-    if (!keeps_folders) words.emplace_back("--no-report");
+    // pictures that nobody keeps: a third of a run of a second
+    const bool is_named = std::find(options.begin(), options.end(), "--no-pictures") != options.end();
+    if (!keeps_folders && command == SweepCommand::Run && !is_named) words.emplace_back("--no-pictures");
+    if (!keeps_folders && command != SweepCommand::Episode) words.emplace_back("--no-report");
     return words;
 }
 
@@ -202,7 +205,11 @@ std::string SweepPlan::text() const {
 Result<SweepPlan> read_plan(const std::filesystem::path& file) {
     const auto text = read_file_bytes(file);
     if (!text) return text.error();
-    const Json json = Json::parse(*text, nullptr, false);
+    return parse_plan(*text, file);
+}
+
+Result<SweepPlan> parse_plan(std::string_view text, const std::filesystem::path& file) {
+    const Json json = Json::parse(text, nullptr, false);
     const auto fail = [&](std::string message) { return Error{ErrorCode::BadSyntax, std::move(message), file.string()}; };
     if (json.is_discarded() || !json.is_object() || !json.contains("format")) return fail("is no plan of a sweep");
     if (json["format"] != kFormat) return fail(fmt::format("is a plan of another format; expected format {}", kFormat));

@@ -69,6 +69,8 @@ struct SweepPlan {
 
 /// fails  no plan, damaged, of another format
 [[nodiscard]] Result<SweepPlan> read_plan(const std::filesystem::path& file);
+/// file  that the text stands in
+[[nodiscard]] Result<SweepPlan> parse_plan(std::string_view text, const std::filesystem::path& file);
 
 /// Are the scenes and the files that runs read still what they were?
 /// fails  BadValue that names the first one that changed

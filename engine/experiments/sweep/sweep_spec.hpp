@@ -16,10 +16,14 @@ namespace trocar::engine {
 /// More runs than this are refused: a count was mistyped, or several sweeps are wanted.
 inline constexpr std::uint64_t kMostRuns = 1'000'000;
 
-enum class SweepCommand : std::uint8_t { Run, Cost, Plan, Verify };
+enum class SweepCommand : std::uint8_t { Run, Cost, Plan, Verify, Episode };
+inline constexpr SweepCommand kSweepCommands[] = {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify,
+                                                  SweepCommand::Episode};
 [[nodiscard]] const char* command_name(SweepCommand command) noexcept;
 /// Where a run's figures are: summary.json, cost.json, plan.json; nullptr of verify.
 [[nodiscard]] const char* figures_file(SweepCommand command) noexcept;
+/// What reductions are of: steps.csv, an episode's actions.csv; nullptr of the others.
+[[nodiscard]] const char* table_file(SweepCommand command) noexcept;
 
 /// Is this varied name an option of the command, as in --budgets, and no pointer into the scene?
 [[nodiscard]] inline bool is_option(std::string_view name) noexcept { return name.starts_with("--"); }
@@ -33,11 +37,11 @@ struct SweepAxis {
     std::vector<TextPosition> value_at;           // [value]; empty: as pointer_at
 };
 
-/// A column of the table: a value of the figures' file, or a reduction of a column of steps.csv.
+/// A column of the table: a value of the figures' file, or a reduction of a column of table_file.
 struct CollectItem {
     std::string name;
     std::string pointer;      // into the figures' file; empty: a reduction
-    std::string column, take; // of steps.csv; how its values become one
+    std::string column, take; // of table_file; how its values become one
     TextPosition at;
 };
 
@@ -60,6 +64,8 @@ struct SweepSpec {
 
 /// fails  with file, line, column, key: what was found, what was expected
 [[nodiscard]] Result<SweepSpec> read_sweep(const std::filesystem::path& file);
+/// file  that the text stands in: the rows' file is relative to it
+[[nodiscard]] Result<SweepSpec> parse_sweep(std::string_view text, const std::filesystem::path& file);
 
 /// The format's table, and what is made from it: assets/sweep.schema.json, docs/sweep.md.
 [[nodiscard]] const ObjectSpec& sweep_table();

@@ -31,7 +31,8 @@ std::string cell_of(const Json& value) {
     return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string collected(const CollectItem& item, const Json& figures, const fs::path& out) {
+/// table_name  as table_file; nullptr: the command has none, and no item asks for it
+std::string collected(const CollectItem& item, const Json& figures, const fs::path& out, const char* table_name) {
     if (!item.pointer.empty()) {
         try { // the library's pointers throw on what is no index
             const Json::json_pointer pointer(item.pointer);
@@ -40,7 +41,8 @@ std::string collected(const CollectItem& item, const Json& figures, const fs::pa
             return "";
         }
     }
-    const auto table = read_file_bytes(out / output_name::kSteps);
+    if (table_name == nullptr) return "";
+    const auto table = read_file_bytes(out / table_name);
     if (!table) return "";
     auto values = column_values(*table, item.column);
     if (!values) return "";
@@ -151,7 +153,7 @@ RunResult collect_run(const SweepPlan& plan, const PlannedRun& run, const fs::pa
             figures = Json::parse(*text, nullptr, false);
             if (!figures.is_discarded()) result.figures = figures.dump(-1, ' ', false, Json::error_handler_t::replace);
         }
-    for (const CollectItem& item : plan.collect) result.values.push_back(collected(item, figures, out));
+    for (const CollectItem& item : plan.collect) result.values.push_back(collected(item, figures, out, table_file(plan.command)));
     return result;
 }
 
