@@ -47,6 +47,7 @@ inline constexpr std::uint64_t kNoStep = UINT64_MAX - 1;
 struct WallPress {
     Index triangle = kNoIndex; // of the lumen's surface; kNoIndex: nowhere
     std::array<double, 3> bary{1.0, 0.0, 0.0};
+    double give = 0.0; // m/N, of the wall within a step; 0: nothing moves it
 };
 
 /// Leaves of two closed bodies beneath which surfaces are tested.

@@ -62,7 +62,7 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
     const auto plane_fits = [&](const fem::RodPlane& p) { return plane_is_finite(p) && p.node + 1 < nodes; };
     const auto wall_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other == kNoIndex; };
     const auto self_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other < nodes && p.other + 1 < nodes; };
-    const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
+    const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles) && std::isfinite(p.give) && p.give >= 0.0; };
     const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;
     for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
         if (list->size() != angles || !std::all_of(list->begin(), list->end(), [](double value) { return std::isfinite(value); }))

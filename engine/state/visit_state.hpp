@@ -83,9 +83,10 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     for (auto* list : {&planes, &self_planes})
         visitor.list(*list, [&](auto& plane) { visit_plane(visitor, plane); });
     visitor.list(presses, [&](auto& press) {
-        auto& [triangle, bary] = press;
+        auto& [triangle, bary, give] = press;
         visitor.number(triangle);
         for (auto& b : bary) visitor.number(b);
+        visitor.number(give);
     });
 }
 

@@ -4,14 +4,14 @@
 namespace trocar::engine {
 namespace {
 
-/// A rod of 1 mm, pushed 3 mm into the closed end of a channel in a block of 50 kPa, and held.
+/// A rod of 1 mm, pushed 3 mm into the closed end of a channel in a block of tissue, and held.
 /// wall_stiffness   N/mm
-std::string closed_end(double step, double modulus_mpa, double wall_stiffness = 20.0) {
+std::string closed_end(double step, double modulus_mpa, double wall_stiffness, double tissue_kpa) {
     return fmt::format(R"({{
     "name": "closed-end", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 4}}, "budget": "exact",
     "contact": {{"wall_stiffness": {}}},
     "bodies": {{"block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 30], "extent": [40, 40, 60], "cells": 8}},
-            "material": {{"young_modulus": 50, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.02}},
+            "material": {{"young_modulus": {}, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.02}},
             "coarse": {{"mesher": "lattice", "surface_triangles": 800}}, "fixed": [{{"box": [[-25, -25, 55], [25, 25, 65]]}}]}},
         "channel": {{"kind": "static", "hollow": true, "embedded_in": "block", "blend": 5, "surface": {{"shape": "tube", "sides": 16,
             "axis": [[0, 0, -10, 2.5], [0, 0, 0, 2.5], [0, 0, 10, 2.5], [0, 0, 20, 2.5], [0, 0, 30, 2.5]]}}}}}},
@@ -20,7 +20,7 @@ std::string closed_end(double step, double modulus_mpa, double wall_stiffness = 
         "entry": {{"position": [0, 0, -5], "direction": [0, 0, 1]}}, "path": [[0, 30, 0], [0.5, 34, 0], [2.5, 37, 0], [10, 37, 0]]}}}},
     "effects": ["elasticity", "damping", "coarse_contact", "exact_contact", "friction"]
 }})",
-                       step, wall_stiffness, modulus_mpa);
+                       step, wall_stiffness, tissue_kpa, modulus_mpa);
 }
 
 /// What the last of four seconds come to, and the push before them.
@@ -30,8 +30,8 @@ struct Held {
     std::uint64_t unsettled = 0, corrections = 0;
 };
 
-Held hold(double step, double modulus_mpa, double wall_stiffness = 20.0) {
-    const PreparedScene prepared = test::prepare(closed_end(step, modulus_mpa, wall_stiffness));
+Held hold(double step, double modulus_mpa, double wall_stiffness = 20.0, double tissue_kpa = 50.0) {
+    const PreparedScene prepared = test::prepare(closed_end(step, modulus_mpa, wall_stiffness, tissue_kpa));
     Simulator simulator(prepared.model);
     const int rests = static_cast<int>(3.0 / step), count = static_cast<int>(4.0 / step);
     Held held;
@@ -68,6 +68,20 @@ TEST(RodInTissue, APushIntoAClosedEndComesToTheSameForceAndPlaceAtEveryStep) {
             EXPECT_LE(held.unsettled, 3U);
             EXPECT_LE(held.corrections, 5U);
         }
+    }
+}
+
+/// Soft catheters, soft and stiff tissue: of the two the softer one gives, and neither rings.
+TEST(RodInTissue, WhateverIsSofterBothComeToRest) {
+    struct Pair {
+        double modulus_mpa, tissue_kpa;
+    };
+    for (const Pair pair : {Pair{20, 50}, {60, 50}, {200, 2}, {2000, 2}, {200, 500}, {2000, 500}}) {
+        SCOPED_TRACE(fmt::format("{} MPa in {} kPa", pair.modulus_mpa, pair.tissue_kpa));
+        const Held held = hold(0.01, pair.modulus_mpa, 20.0, pair.tissue_kpa);
+        EXPECT_LT(held.most, 1.01 * held.mean) << "N";
+        EXPECT_GT(held.least, 0.99 * held.mean) << "N";
+        EXPECT_LT(held.highest, 1.5 * held.mean) << "N";
     }
 }
 

@@ -80,8 +80,8 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
                                         sum_of_sizes(b, c, p, d, e, f, g, h, i, j, k, l, m, n, o), "SolidContact");
     }
     {
-        const auto& [a, b] = state.instruments[0].presses[0];
-        expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b), "WallPress");
+        const auto& [a, b, c] = state.instruments[0].presses[0];
+        expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b, c), "WallPress");
     }
     {
         const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = state.instruments[0].planes[0];

@@ -23,6 +23,7 @@ struct WallPush {
     double weight = 0.0;
     WallPress press;
     double give = 0.0;                                                   // m/N
+    bool is_rigid = false;                                               // the rod felt it so
     Vec3 force = Vec3::Zero(), felt = Vec3::Zero(), drag = Vec3::Zero(); // N, on the rod
     Vec3 coming = Vec3::Zero();                                          // m
 };

@@ -71,7 +71,8 @@ std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& pu
         if (!(plane.force > 0.0) || now.presses[k].triangle == kNoIndex) continue;
         push.force += plane.force * plane.normal;
         push.drag += plane.drag;
-        if (plane.give > 0.0) push.give = plane.give, push.felt = plane.felt;
+        const double give = now.presses[k].give;
+        if (give > 0.0) push.give = give, push.felt = plane.felt, push.is_rigid = plane.give == 0.0;
         if (plane.force > hardest) hardest = plane.force, push.press = now.presses[k];
     }
     return k;
@@ -116,7 +117,10 @@ struct Axes {
 };
 
 /// N, on the wall; at the step's end, where that has not moved.
-Vec3 end_force(const WallPush& push) noexcept { return push.coming / push.give + push.felt - 2.0 * push.force; }
+Vec3 end_force(const WallPush& push) noexcept {
+    const Vec3 pushed = push.coming / push.give - push.force;
+    return push.is_rigid ? pushed : Vec3(pushed + push.felt - push.force);
+}
 
 void push_wall(const SceneModel& model, std::size_t lumen, const WallPush& push, const State& state, BodiesScratch& bodies) {
     const Axes axes(push);
@@ -147,7 +151,7 @@ void move_planes(const SceneModel& model, State& state) {
         if (!model.bodies[lumen].host_body) continue;
         std::size_t kept = 0;
         for (std::size_t k = 0; k < now.planes.size(); ++k) {
-            if (!(now.planes[k].give > 0.0)) continue;
+            if (!(now.presses[k].give > 0.0)) continue;
             now.planes[k].offset += now.planes[k].normal.dot(find_coming(model, lumen, now.presses[k], state));
             now.planes[kept] = now.planes[k];
             now.presses[kept++] = now.presses[k];

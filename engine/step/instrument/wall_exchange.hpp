@@ -11,7 +11,7 @@
 //
 // w is the way that the wall goes by inertia, its velocity over the step by inertia's share of k. At rest f = felt whatever k is: k decides how
 // fast both agree, not on what. It is the wall's own stiffness at the place over the step (BodyModel::node_give), shared out among the places
-// that press on the same nodes.
+// that press on the same nodes. Where the rod is softer than that the planes do not give, u = w (RodPlane::give = 0).
 #pragma once
 
 #include "engine/step/instrument/instrument_scratch.hpp"

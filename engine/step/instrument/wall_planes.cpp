@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -142,6 +143,42 @@ private:
     double weight_ = 0.0;
 };
 
+/// By how much a wall gives way to a rod, and which of the two is softer.
+class Yielding {
+public:
+    Yielding(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) noexcept
+        : model_(model), index_(index), state_(state), rods_(rods) {}
+
+    /// Nodes in ascending order, from the first that may press on.
+    void come_to(Index node) noexcept {
+        const std::vector<Vec3>& position = rods_.instruments[index_].rod_t0.position;
+        rod_ += 1.0 / model_.instruments[index_].rod.stretch_stiffness[node];
+        bends_ = std::max(model_.instruments[index_].rod.bend_stiffness[node], model_.instruments[index_].rod.bend_stiffness[node + 1]);
+        axis_ = spheretree::direction_of(position[node + 1] - position[node]);
+    }
+    /// m/N; where nothing pressed yet.
+    [[nodiscard]] double before_force(const WallPress& press) const noexcept { return find_wall_give(model_, lumen(), press, rods_); }
+    [[nodiscard]] double along(const WallPress& press, const Vec3& normal) const {
+        return find_exact_give(model_, lumen(), press, normal, state_, rods_);
+    }
+    /// Of the rod counts its length from the handle: across its axis it bends.
+    [[nodiscard]] bool is_softer(const Vec3& normal, double give) const noexcept {
+        const double along = normal.dot(axis_);
+        static const double kC = std::getenv("TROCAR_C") ? std::atof(std::getenv("TROCAR_C")) : 1.0;
+        return along * along * give > rod_ || (1.0 - along * along) * kC * bends_ * give > 1.0;
+    }
+
+private:
+    [[nodiscard]] std::size_t lumen() const noexcept { return model_.instruments[index_].lumen; }
+    const SceneModel& model_;
+    std::size_t index_;
+    const State& state_;
+    const RodsScratch& rods_;
+    double rod_ = 0.0; // m/N
+    double bends_ = 0.0; // N/m
+    Vec3 axis_ = Vec3::Zero();
+};
+
 /// A place of a rod for which planes are made, and the wall as it is seen from there.
 struct PlaneSite {
     Index node;
@@ -185,10 +222,8 @@ std::span<const NearTriangle> facets_of(const NearList& list, const PlaneSite& s
 }
 
 /// Planes of one place: what closes in from all sides first, then the wall's facets one by one, nearest first each time.
-/// give_of, exact_give_of   (press[, normal]) -> m/N; the first where nothing pressed before
-template <class GiveOf, class ExactGiveOf>
-void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now, const GiveOf& give_of,
-                const ExactGiveOf& exact_give_of) {
+/// yielding   null: the wall does not
+void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now, const Yielding* yielding) {
     std::array<NearTriangle, kFacets> memory;
     const std::span<const NearTriangle> facets = facets_of(list, site, memory);
     std::array<const NearTriangle*, kPlanesPerPlace> made;
@@ -215,16 +250,16 @@ void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, I
             if (near == nullptr || (nearest != nullptr && !(near->normal.dot(nearest->normal) > 0.0))) continue;
             --left;
             const NearTriangle& plane = *std::exchange(near, nullptr);
-            if (nearest == nullptr) nearest = &plane, give = give_of(WallPress{plane.triangle, plane.bary});
+            if (nearest == nullptr) nearest = &plane, give = yielding != nullptr ? yielding->before_force({plane.triangle, plane.bary}) : 0.0;
             if (plane.distance > site.farthest) continue;
             facing[sides] += plane.normal;
             now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(plane.point) + site.room, 0.0, plane.velocity});
-            now.presses.push_back({plane.triangle, plane.bary});
+            now.presses.push_back({plane.triangle, plane.bary, give});
             last.warm_start(now.planes.back());
-            now.planes.back().give = give;
             now.planes.back().side = static_cast<std::uint8_t>(sides);
         }
     }
+    if (yielding == nullptr) return;
     last.for_each_felt([&](const Vec3& felt) {
         std::size_t best = 0;
         for (std::size_t side = 1; side < sides; ++side)
@@ -233,10 +268,17 @@ void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, I
         for (std::size_t k = first; k < now.planes.size(); ++k) {
             if (now.planes[k].side != best) continue;
             now.planes[k].felt += felt;
-            if (give == 0.0) give = exact_give_of(now.presses[k], now.planes[k].normal);
-            now.planes[k].give = give;
+            if (give == 0.0) give = yielding->along(now.presses[k], now.planes[k].normal);
+            now.presses[k].give = give;
         }
     });
+    for (std::size_t side = 0, k = first; side < sides; ++side) {
+        const std::size_t begin = k;
+        bool is_softer = false;
+        for (; k < now.planes.size() && now.planes[k].side == side; ++k)
+            is_softer = is_softer || yielding->is_softer(now.planes[k].normal, now.presses[k].give);
+        for (std::size_t i = begin; is_softer && i < k; ++i) now.planes[i].give = now.presses[i].give;
+    }
 }
 
 /// Of the chain that the descent saw: the sphere at a node, or midway to the next.
@@ -319,16 +361,14 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                                                      rods.instruments[*instrument.inside].command.insertion));
     const collision::SurfaceMotion motion = wall_motion(model, instrument.lumen, state, rods);
     LastPlanes last(scratch.last_planes, scratch.last_presses, scratch.pushes, motion, scratch.taken);
-    const auto give_of = [&](const WallPress& press) { return find_wall_give(model, instrument.lumen, press, rods); };
-    const auto exact_give_of = [&](const WallPress& press, const Vec3& normal) {
-        return find_exact_give(model, instrument.lumen, press, normal, state, rods);
-    };
+    Yielding yielding(model, index, state, rods);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
     double nearest = 0.0;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node) {
+        yielding.come_to(node);
         for (const double weight : {0.5, 1.0}) {
             if (proven_free(model, index, node, weight, rods)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
@@ -346,9 +386,10 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
-            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, give_of, exact_give_of);
+            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
+    }
 }
 
 void plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
@@ -473,8 +514,6 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index first = fem::first_inserted_node(instrument.rod, own.rod.insertion);
     LastPlanes none({}, {}, {}, wall, rods.instruments[index].taken);
-    const auto rigid = [](const WallPress&) { return 0.0; };
-    const auto stays_rigid = [](const WallPress&, const Vec3&) { return 0.0; };
     NearList list;
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < own.rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
@@ -494,7 +533,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                 });
             list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
-            add_planes(list, {node, weight, p, kept, kept, wall}, none, own, rigid, stays_rigid);
+            add_planes(list, {node, weight, p, kept, kept, wall}, none, own, nullptr);
         }
 }
 
