@@ -26,7 +26,7 @@ struct EpisodeOptions {
     std::string policy = "random";
     std::string budget; // empty: exact, or what --set says
     TaskOptions task;
-    double tolerance_mm = 5.0;
+    double tolerance_mm = kMillimetre * TaskOptions().tolerance;
     std::vector<double> reward; // empty: the task's own
     SceneSettings settings;
     bool force = false, quiet = false;
@@ -102,7 +102,7 @@ Command add_episode_command(CLI::App& app) {
     command->add_option("--budget", options->budget, "per step: a time (1ms, 250us), work:TESTS, or exact; exact when absent and not set");
     command->add_option("--hold", options->task.hold_s, "s, that an action is held")->check(number_range(1e-6, 60.0));
     command->add_option("--tolerance", options->tolerance_mm, "mm, tip to target: arrived")->check(number_range(0.01, 1000.0));
-    command->add_option("--time", options->task.time_limit_s, "s of simulated time; three times what the way takes at full speed when absent")
+    command->add_option("--time", options->task.time_limit_s, "s of simulated time; three times what the way takes at full speed, at least 10, when absent")
         ->check(number_range(0.0, 1e5));
     command->add_option("--reward", options->reward, "weights of progress (m), arrival, force (N) and each action")->expected(4)->delimiter(',');
     command->add_option("--start-poses", options->task.start_poses, "turns of the handle and insertions that episodes start from")->check(CLI::Range(1, 1000));

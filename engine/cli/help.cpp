@@ -30,7 +30,7 @@ constexpr Example kExamples[] = {
     {"ccd", "ccd queries.csv"},
     {"contacts", "contacts before.obj after.obj --out contacts.csv"},
     {"schema", "schema > scene.schema.json"},
-    {"episode", "episode assets/scenes/aortic_arch.json --seed 3 --out out/episode"},
+    {"episode", "episode assets/scenes/aortic_arch.json --policy advance --seed 3 --out out/arch"},
     {"score", "score out/episode --force-limit 0.5"},
     {"sweep", "sweep assets/sweeps/patients.json --out out/sweep --jobs 2 --collect table.csv"},
     {"import", "import vessel carotids.stl --unit mm --out carotids"},

@@ -52,33 +52,24 @@ std::optional<PythonFunction> python_function(const std::string& text, const std
     return function;
 }
 
-Error unknown_policy(const std::string& text) {
-    return {ErrorCode::BadUsage, fmt::format("found \"{:.100}\"; expected random, advance, or a file as in policy.py or policy.py:function", text), {}, 0, 0, "--policy"};
-}
-
-Error no_file(const PythonFunction& function) {
-    return {ErrorCode::FileNotFound, "does not exist; expected a file with a policy in Python", function.file.string(), 0, 0, "--policy"};
-}
-
 } // namespace
 
 Result<std::unique_ptr<Policy>> make_policy(const std::string& text, const std::filesystem::path& folder, const Environment& environment, std::uint64_t seed) {
+    if (const auto known = check_policy(text, folder, PolicyCheck::Name); !known) return known.error();
     const SceneModel& model = environment.task().model();
     if (text == "random") return std::unique_ptr<Policy>(std::make_unique<RandomPolicy>(model, seed));
     if (text == "advance") return std::unique_ptr<Policy>(std::make_unique<AdvancePolicy>(model));
-    const auto function = python_function(text, folder);
-    if (!function) return unknown_policy(text);
-    std::error_code none;
-    if (!std::filesystem::is_regular_file(function->file, none)) return no_file(*function);
-    return make_python_policy(*function, environment, seed);
+    return make_python_policy(*python_function(text, folder), environment, seed);
 }
 
 Result<void> check_policy(const std::string& text, const std::filesystem::path& folder, PolicyCheck check) {
     if (text == "random" || text == "advance") return {};
     const auto function = python_function(text, folder);
-    if (!function) return unknown_policy(text);
+    if (!function)
+        return Error{ErrorCode::BadUsage, fmt::format("found \"{:.100}\"; expected random, advance, or a file as in policy.py or policy.py:function", text), {}, 0, 0, "--policy"};
     std::error_code none;
-    if (!std::filesystem::is_regular_file(function->file, none)) return no_file(*function);
+    if (!std::filesystem::is_regular_file(function->file, none))
+        return Error{ErrorCode::FileNotFound, "does not exist; expected a file with a policy in Python", function->file.string(), 0, 0, "--policy"};
     return check == PolicyCheck::Import ? check_python_function(*function) : Result<void>();
 }
 

@@ -2,6 +2,7 @@
 
 #include "engine/episodes/make_policy.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/report/episode_table.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/time/interrupt.hpp"
@@ -18,6 +19,8 @@ namespace {
         {name, unit, meaning}, [](const PlayedEpisode& e) -> OutputJson { return expression; }                                             \
     }
 const JsonKey<PlayedEpisode> kKeys[] = {
+    TROCAR_KEY("version", "", "Of the program.", build_facts().version),
+    TROCAR_KEY("commit", "", "Of the sources that it was built from; `unknown` where it was built outside of a checkout.", build_facts().commit),
     TROCAR_KEY("scene", "", "Its name.", e.scene),
     TROCAR_KEY("seed", "", "All that the episode draws follows from it.", e.seed),
     TROCAR_KEY("policy", "", "As the command line names it.", e.policy),
@@ -33,7 +36,7 @@ const JsonKey<PlayedEpisode> kKeys[] = {
     TROCAR_KEY("seconds", "s", "Simulated.", e.seconds),
     TROCAR_KEY("remaining_m", "m", "From the tip to the target along the centreline, at the end.", e.remaining),
     TROCAR_KEY("distance_m", "m", "In a straight line, at the end.", e.distance),
-    TROCAR_KEY("closest_m", "m", "The least such distance after any action.", e.closest),
+    TROCAR_KEY("closest_m", "m", "The least such distance, the start included.", e.closest),
     TROCAR_KEY("largest_contact_force_n", "N", "Largest normal force at one place on a wall.", e.force),
     TROCAR_KEY("lumen_exits", "", "Instrument vertices outside the lumen, summed over the steps.", e.exits),
     TROCAR_KEY("unresolved", "", "Continuous tests that ended without a verdict.", e.unresolved),

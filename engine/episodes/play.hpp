@@ -21,7 +21,7 @@ struct PlayedEpisode {
     std::array<double, kRewardTerms> terms{}; // likewise
     bool success = false;        // the target was reached
     double remaining = 0.0, distance = 0.0; // m, at the end
-    double closest = 0.0;        // m, least distance after an action
+    double closest = 0.0;        // m, least distance, the start included
     double force = 0.0;          // N, largest
     std::uint64_t exits = 0, unresolved = 0, assumed = 0, overruns = 0, exact_steps = 0;
     std::uint64_t state_hash = 0; // at the end

@@ -140,8 +140,9 @@ std::optional<Error> read_bits(const Reading& reading, unsigned& bits) {
 }
 
 std::optional<Error> read_matter(const Reading& reading, std::vector<std::pair<std::string, XrayMatter>>& matter) {
-    const auto& [context, values, all] = reading;
-    const auto& scene = all; // a lambda takes no binding
+    const auto& context = reading.context;
+    const auto& values = reading.values;
+    const auto& scene = reading.scene;
     const JsonNode* node = values.find("matter");
     if (node == nullptr) return std::nullopt;
     constexpr std::array<std::string_view, 5> kWords{"tissue", "blood", "bone", "nitinol", "steel"};

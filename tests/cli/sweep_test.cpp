@@ -1,7 +1,6 @@
 // `sweep`: many runs, one table; nothing is lost and nothing is done twice, whatever happens to those who do the work.
-#include "program.hpp"
+#include "sweep_command.hpp"
 
-#include <algorithm>
 #include <random>
 #include <set>
 
@@ -9,61 +8,6 @@
 
 namespace trocar::cli_test {
 namespace {
-
-/// 12 runs of a wire in a tube: three budgets, two speeds of its script, twice each.
-const std::string kSweep = R"({
-    "scene": "scenes/tube.json", "command": "run", "options": ["-n", "6"], "repeat": 2,
-    "vary": {"/budget": ["work:10", "work:100", "exact"], "/instruments/wire/friction": {"from": 0.0, "to": 0.2, "count": 2}},
-    "collect": {"exits": "/lumen_exits", "force": "/largest_contact_force_n", "hash": "/state_hash",
-        "peak": {"column": "max_contact_force_n", "take": "max"}}
-})";
-
-struct Broken {
-    const char* text;
-    const char* says; // a piece of the message
-};
-
-using Rows = std::vector<std::vector<std::string>>;
-
-/// A table without quoted cells.
-Rows rows_of(const std::string& csv) {
-    Rows rows;
-    std::istringstream in(csv);
-    for (std::string line; std::getline(in, line);) {
-        std::vector<std::string>& row = rows.emplace_back();
-        std::istringstream cells(line + ",");
-        for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
-    }
-    return rows;
-}
-
-class SweepCommand : public Program {
-protected:
-    SweepCommand() {
-        fs::create_directory(folder / "scenes");
-        write("scenes/tube.json", kTube);
-    }
-
-    fs::path write_sweep(const std::string& text = kSweep) const { return write("sweep.json", text); }
-
-    Ended sweep(std::vector<std::string> more = {}) const {
-        std::vector<std::string> arguments = {"sweep", (folder / "sweep.json").string()};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return call(arguments);
-    }
-    Ended sweep_into(const std::string& name, std::vector<std::string> more = {}) const {
-        more.insert(more.begin(), {"--out", (folder / name).string()});
-        return sweep(std::move(more));
-    }
-    /// The table of a sweep that runs from its beginning.
-    std::string table_of(const std::string& name, std::vector<std::string> more = {}) const {
-        const fs::path table = folder / (name + ".csv");
-        more.insert(more.end(), {"--collect", table.string()});
-        const Ended ended = sweep_into(name, more);
-        EXPECT_TRUE(ended_with(ended, 0));
-        return text_of(table);
-    }
-};
 
 TEST_F(SweepCommand, RunsTheCartesianProductInThePlansOrder) {
     write_sweep();
@@ -213,88 +157,6 @@ TEST_F(SweepCommand, WithoutSlurmItIsSaidWhatIsMissing) {
     EXPECT_TRUE(refuses(sweep_into("b", {"--partition", "main"}), "--slurm"));
 }
 
-/// Programs of Slurm that answer what a test says, first on the PATH.
-class SlurmSweep : public SweepCommand {
-protected:
-    SlurmSweep() : path_(std::getenv("PATH")) {
-        tool("sbatch", "if [ -e $0.used ]; then echo 102; else echo 101; touch $0.used; fi");
-        tool("scontrol", "seq -f 'Line %g of a long answer' 400; echo 'MaxArraySize = 13'; seq 400");
-        tool("squeue", "exit 0");
-        tool("sacct", "echo 'sacct: error: Slurm accounting storage is disabled' >&2; exit 1");
-        setenv("PATH", ((folder / "bin").string() + ":" + path_).c_str(), 1);
-        write_sweep();
-    }
-    ~SlurmSweep() override { setenv("PATH", path_.c_str(), 1); }
-    SlurmSweep(const SlurmSweep&) = delete;
-    SlurmSweep& operator=(const SlurmSweep&) = delete;
-
-    void tool(const std::string& name, const std::string& script) const {
-        fs::create_directories(folder / "bin");
-        write("bin/" + name, "#!/bin/sh\n" + script + "\n");
-        fs::permissions(folder / "bin" / name, fs::perms::owner_all);
-    }
-    void submit() const { ASSERT_TRUE(ended_with(sweep_into("a", {"--slurm", "--no-forecast"}), 0)); }
-    /// Chunks 0 to 11, one for each task from 1.
-    void submit_single_chunks() const {
-        submit();
-        std::string lines;
-        for (int chunk = 0; chunk < 12; ++chunk) lines += std::to_string(chunk) + "\n";
-        write("a/slurm/1-tasks", lines);
-    }
-
-private:
-    std::string path_;
-};
-
-TEST_F(SlurmSweep, TheStatusTellsHowSlurmEndedTasks) {
-    submit_single_chunks();
-    ASSERT_TRUE(ended_with(call({"sweep-worker", (folder / "a").string(), "--chunk", "0"}), 0));
-    tool("squeue", "echo '1 COMPLETED'; echo '2 RUNNING'; echo '3 TIMEOUT'; echo '4 OUT_OF_MEMORY'; echo '12 PENDING'");
-    tool("sacct", "echo '102_5|NODE_FAIL'; echo '102_6|PREEMPTED'; echo '102_7|CANCELLED by 1000'; echo '102_8|FAILED'; echo '102_9|TIMEOUT'; echo '102_2|FAILED'");
-    const Ended status = sweep_into("a", {"--status"});
-    EXPECT_TRUE(ended_with(status, 0));
-    for (const char* piece : {"slurm    1 tasks running, 1 waiting", "chunks 2, 8: TIMEOUT: beyond the time limit", "chunk 3: OUT_OF_MEMORY", "chunk 4: NODE_FAIL",
-                              "chunk 5: PREEMPTED", "chunk 6: CANCELLED: cancelled", "chunk 7: FAILED", "chunks 9, 10: not in the queue", "sacct has no record of them"})
-        EXPECT_TRUE(status.says(piece)) << piece << "\n" << status;
-    EXPECT_FALSE(status.says("COMPLETED")) << "its chunk has its results: " << status;
-}
-
-TEST_F(SlurmSweep, WithoutAccountingWhatIsNotKnownIsSaid) {
-    submit_single_chunks();
-    tool("squeue", "echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1");
-    const Ended status = sweep_into("a", {"--status"});
-    EXPECT_TRUE(status.says("chunks 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11: not in the queue, and how their tasks ended is not known: sacct failed: sacct: error: "
-                            "Slurm accounting storage is disabled"))
-        << status;
-    tool("squeue", "echo 'Unable to contact slurm controller' >&2; exit 1");
-    EXPECT_TRUE(sweep_into("a", {"--status"}).says("cannot be asked: squeue failed: Unable to contact"));
-}
-
-TEST_F(SlurmSweep, ALaterTaskIsWhatCountsForAChunk) {
-    submit_single_chunks();
-    tool("squeue", "case \"$*\" in *102*) for task in $(seq 12); do echo \"$task TIMEOUT\"; done;; esac");
-    EXPECT_TRUE(sweep_into("a", {"--status"}).says("TIMEOUT"));
-    write("a/slurm/2-tasks", "0,1,2,3,4,5,6,7,8,9,10\n11\n");
-    write("a/slurm/2-job", "103\n");
-    tool("squeue", "case \"$*\" in *102*) for task in $(seq 12); do echo \"$task TIMEOUT\"; done;; *103*) echo '1 RUNNING'; echo '2 OUT_OF_MEMORY';; esac");
-    const Ended status = sweep_into("a", {"--status"});
-    EXPECT_FALSE(status.says("TIMEOUT")) << status;
-    EXPECT_TRUE(status.says("chunk 11: OUT_OF_MEMORY: more memory than was asked for")) << status;
-    EXPECT_TRUE(sweep_into("a", {"--resume", "--slurm", "--no-forecast", "--memory", "4000"}).says("1 chunks after the preparation"));
-    EXPECT_NE(text_of(folder / "a" / "slurm" / "3-array.sh").find("--mem=4000M"), std::string::npos);
-}
-
-TEST_F(SlurmSweep, ALongQueueIsReadToItsEnd) {
-    submit_single_chunks();
-    std::string tasks;
-    for (int task = 1; task <= 3000; ++task) tasks += std::to_string(task - 1) + "\n"; // what is beyond the plan has no chunk
-    write("a/slurm/1-tasks", tasks);
-    tool("squeue", "for task in $(seq 3000); do echo \"$task PENDING\"; done");
-    const Ended status = sweep_into("a", {"--status"});
-    EXPECT_TRUE(status.says("0 tasks running, 3000 waiting")) << status;
-    EXPECT_TRUE(sweep_into("a", {"--resume", "--slurm", "--no-forecast"}).says("nothing to submit")) << "chunk 0 is named first";
-}
-
 TEST_F(SweepCommand, ACutLineIsNoResult) {
     write_sweep();
     const std::string table = table_of("a");
@@ -377,87 +239,6 @@ TEST_F(SweepCommand, CostPlanAndVerifyAreRunAsWell) {
     write_sweep(R"({"scene": "scenes/list.txt", "command": "verify"})");
     const std::string verified = table_of("verify");
     EXPECT_NE(verified.find("failed: exit 2"), std::string::npos) << "there is no reference: " << verified;
-}
-
-/// A navigation task: a wire in a tube with two targets.
-const std::string kNavigation = with(with(kTube, R"("instruments")", R"("targets": {"near": {"position": [0, 0, 50]}, "far": {"position": [0, 0, 90]}},
-    "instruments")"), R"("duration": 0.2)", R"("duration": 20)");
-
-/// Two policies in Python that need no package.
-constexpr const char* kPolicies = R"(
-limits = []
-def reset(task):
-    limits[:] = task["limits"]
-def act(observation):
-    return [[limits[0][0], 0.5 * observation[-1]]]
-def tired(observation):
-    raise RuntimeError("no more")
-)";
-
-TEST_F(SweepCommand, EpisodesOfPoliciesAreRows) {
-    write("scenes/navigation.json", kNavigation);
-    write("policy.py", kPolicies);
-    write_sweep(R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--to", "near", "--time", "8"],
-        "vary": {"--policy": ["random", "advance", "policy.py", "policy.py:tired"], "--seed": [1, 2]},
-        "collect": {"return": "/return", "success": "/success", "length": "/length", "hash": "/state_hash",
-            "force": {"column": "contact_force_n", "take": "max"}, "closest": {"column": "distance_m", "take": "min"}}})");
-    const std::string table = table_of("a");
-    const Rows rows = rows_of(table);
-    ASSERT_EQ(rows.size(), 9u);
-    for (const std::size_t k : {3u, 4u, 5u, 6u}) {
-        EXPECT_EQ(rows[k][3], "done") << table;
-        EXPECT_EQ(rows[k][5], "true") << "straight ahead arrives";
-        EXPECT_LT(std::stod(rows[k][9]), 5e-3);
-    }
-    EXPECT_NE(rows[1][7], rows[2][7]) << "another seed is another episode";
-    for (const std::size_t k : {7u, 8u}) EXPECT_NE(rows[k][3].find("the policy raised RuntimeError: no more"), std::string::npos) << table;
-    EXPECT_EQ(table_of("b", {"--jobs", "3"}), table);
-    fs::remove(folder / "b" / "results" / "chunk-0000002.jsonl.gz");
-    ASSERT_TRUE(ended_with(sweep_into("b", {"--resume", "--collect", (folder / "c.csv").string()}), 0));
-    EXPECT_EQ(text_of(folder / "c.csv"), table);
-    write("policy.py", std::string(kPolicies) + "# another\n");
-    EXPECT_TRUE(refuses(sweep_into("b", {"--resume"}), "policy.py has changed since"));
-}
-
-TEST_F(SweepCommand, AnEpisodesRowIsThatOfTheSameCommandByHand) {
-    write("scenes/navigation.json", kNavigation);
-    write_sweep(R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--time", "2"],
-        "vary": {"/instruments/wire/friction": [0.1], "--seed": [7]}, "collect": {"return": "/return", "target": "/target", "hash": "/state_hash"}})");
-    const Rows rows = rows_of(table_of("a"));
-    ASSERT_TRUE(ended_with(call({"episode", (folder / "scenes" / "navigation.json").string(), "--set", "/instruments/wire/friction=0.1", "--seed", "7", "--time", "2",
-                                 "--out", out().string()}),
-                           0));
-    EXPECT_EQ(rows[1][4], summary()["return"].dump());
-    EXPECT_EQ(rows[1][5], summary()["target"]);
-    EXPECT_EQ(rows[1][6], summary()["state_hash"]);
-    EXPECT_EQ(summary()["budget"], "exact");
-}
-
-TEST_F(SweepCommand, BadPoliciesAreRefusedBeforeAnythingRuns) {
-    write("scenes/navigation.json", kNavigation);
-    write("policy.py", "import no_such_module\n");
-    write("other.py", "act = 5\n");
-    const Broken broken[] = {
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy", "fly"]})", "1:70: options: found \"fly\"; expected random, advance"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy=none.py"]})", "does not exist"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy", "policy.py"]})", "No module named 'no_such_module'"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy", "other.py"]})", "act is no function"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--policy": ["random", "other.py:fly"]}})", "1:91: --policy"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--steps", "5"]})", "options: episode does not take them"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--seed": [1, -1]}})", "--seed: episode does not take it"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "collect": {"x": {"column": "tip_x", "take": "max"}}})", "column"},
-    };
-    for (const Broken& one : broken) {
-        write_sweep(one.text);
-        EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;
-        EXPECT_FALSE(fs::exists(folder / "a")) << one.text;
-    }
-    write("policy.py", kPolicies);
-    write_sweep(R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy", "policy.py"]})");
-    setenv("TROCAR_PYTHON", "/nowhere/python3", 1);
-    const Ended ended = sweep_into("a");
-    unsetenv("TROCAR_PYTHON");
-    EXPECT_TRUE(refuses(ended, "/nowhere/python3 is not installed")) << "no Python";
 }
 
 TEST_F(SweepCommand, SeveralScenesHaveAColumn) {
