@@ -9,6 +9,7 @@
 #include "engine/report/grant_record.hpp"
 #include "engine/report/observer.hpp"
 #include "engine/report/output_folder.hpp"
+#include "engine/report/statistics.hpp"
 #include "engine/experiments/plan_scene.hpp"
 #include "engine/experiments/trace.hpp"
 #include "engine/step/checkpoint.hpp"
@@ -90,10 +91,10 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     fmt::print("{} steps in {:.3g} s, real-time factor {:.3g}, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
                "budget kept in {:.2f} %\n",
                summary.steps, summary.wall_s, summary.realtime_factor, summary.step_ms.p50, summary.step_ms.p95, summary.step_ms.p99,
-               summary.step_ms.max, 100.0 * summary.budget_kept);
+               summary.step_ms.max, percent_of(summary.budget_kept));
     const double step_ms = 1e3 * prepared.model.step_s;
     fmt::print("real time kept in {:.2f} %: {} of {} whole steps took longer than the {:.4g} ms they simulate{}\n",
-               100.0 * summary.realtime_kept, summary.realtime_overruns, summary.steps, step_ms,
+               percent_of(summary.realtime_kept), summary.realtime_overruns, summary.steps, step_ms,
                prepared.model.budget.mode == BudgetMode::Wall && !prepared.model.budget_covers_step
                    ? "; the budget is for contact alone"
                    : "");

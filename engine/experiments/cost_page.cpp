@@ -5,6 +5,7 @@
 #include "engine/report/html.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/report_style.hpp"
+#include "engine/report/statistics.hpp"
 #include "engine/report/verdict.hpp"
 
 #include <fmt/format.h>
@@ -41,7 +42,7 @@ std::string part_html(const CostTable& table, std::initializer_list<const char*>
 std::string table_html(const CostTable& table) {
     const auto times = [](const CostRow& row) {
         return std::vector<std::string>{number_text(row.charged_ms.p50), number_text(row.charged_ms.p99), number_text(row.step_ms.p50),
-                                        number_text(row.step_ms.p99), fmt::format("{:.2f} %", 100.0 * row.budget_kept),
+                                        number_text(row.step_ms.p99), fmt::format("{:.2f} %", percent_of(row.budget_kept)),
                                         fmt::format("{:.2f} %", 100.0 * row.realtime_kept), number_text(row.pairs_open_mean),
                                         number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean)};
     };

@@ -1,6 +1,7 @@
 #include "engine/experiments/cost_page.hpp"
 #include "engine/report/build_facts.hpp"
 #include "engine/report/places.hpp"
+#include "engine/report/statistics.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -211,7 +212,7 @@ std::string cost_text(const CostTable& table) {
         fmt::format_to(std::back_inserter(text),
                        "{:<{}} {:>9.3g} {:>9.3g} {:>9.3g} {:>6.2f}% {:>9.4g} {:>9.4g} {:>6.2f} {:>8} {:>8} {:>10.3g} {:>9.3g} {:>10.3g} "
                        "{:>10.3g} {:>11.3g} {:>11.3g}\n",
-                       row.name(), width, row.charged_ms.p50, row.step_ms.p50, row.step_ms.p99, 100.0 * row.budget_kept,
+                       row.name(), width, row.charged_ms.p50, row.step_ms.p50, row.step_ms.p99, percent_of(row.budget_kept),
                        row.pairs_open_mean, row.leaf_contacts_mean, row.level_reached_mean, row.contacts.missed, row.contacts.spurious,
                        1e3 * row.depth_error_rms_m(), row.force_error_rel, 1e3 * row.surface.rms(), 1e3 * row.surface.hausdorff,
                        1e3 * row.trajectory.rms(), 1e3 * row.trajectory.hausdorff);

@@ -86,9 +86,9 @@ void add_figures(const RunRecord& record, Page& page) {
     add_figure(page, number_text(s.step_ms.p50), "ms", "step, median");
     add_figure(page, number_text(s.step_ms.p99), "ms", "step, 99 %");
     add_figure(page, number_text(s.step_ms.max), "ms", "step, slowest");
-    add_figure(page, fmt::format("{:.4g}", 100.0 * s.realtime_kept), "%", "whole steps within real time");
+    add_figure(page, fmt::format("{:.4g}", percent_of(s.realtime_kept)), "%", "whole steps within real time");
     if (const BudgetSpec& budget = record.scene.budget; budget.limits.mode == BudgetMode::Wall)
-        add_figure(page, fmt::format("{:.4g}", 100.0 * s.budget_kept), "%",
+        add_figure(page, fmt::format("{:.4g}", percent_of(s.budget_kept)), "%",
                    budget.scope == BudgetScope::Step ? "whole steps within the budget" : "collision detection within the budget");
     if (!record.prepared.model.instruments.empty()) add_figure(page, number_text(1e3 * t.insertion_m), "mm", "inserted");
     if (t.target_distance_m >= 0.0) add_figure(page, number_text(1e3 * t.target_distance_m), "mm", "tip to target");

@@ -10,6 +10,9 @@
 
 namespace trocar::engine {
 
+/// %; of a share in [0, 1] to two digits, never rounded up: 100 is all of them.
+[[nodiscard]] double percent_of(double share) noexcept;
+
 /// Nearest-rank percentiles: values that were measured, none in between. Reorders `values`; empty: zeros.
 [[nodiscard]] Percentiles find_percentiles(std::vector<double>& values);
 

@@ -36,13 +36,12 @@ std::string realtime_text(const RunRecord& record) {
     const std::string step = ms(1e3 * record.scene.time.step);
     if (slower == 0) return fmt::format("No whole step took longer than the {} it simulates.", step);
     return fmt::format("{} took longer than the {} that each simulates: {:.4g} % of the whole steps were no slower than real time.",
-                       of_steps(slower, record), step, 100.0 * record.summary.realtime_kept);
+                       of_steps(slower, record), step, percent_of(record.summary.realtime_kept));
 }
 
-/// "; 98.66 % of the steps ended within the 10 ms they simulate". Never rounded up: 100 % is all of them.
+/// "; 98.66 % of the steps ended within the 10 ms they simulate"
 std::string realtime_share(const RunRecord& record) {
-    return fmt::format("; {:.4g} % of the steps ended within the {} they simulate", std::floor(1e4 * record.summary.realtime_kept) / 100.0,
-                       ms(1e3 * record.scene.time.step));
+    return fmt::format("; {:.4g} % of the steps ended within the {} they simulate", percent_of(record.summary.realtime_kept), ms(1e3 * record.scene.time.step));
 }
 
 Verdict wall_verdict(const RunRecord& record) {

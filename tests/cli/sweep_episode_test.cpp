@@ -39,6 +39,7 @@ TEST_F(EpisodeCommand, EpisodesOfPoliciesAreRows) {
         EXPECT_EQ(rows[k][5], "true") << "straight ahead arrives";
         EXPECT_LT(std::stod(rows[k][9]), 5e-3);
     }
+    EXPECT_NE(text_of(folder / "a.html").find("<td>success</td><td>6</td>"), std::string::npos) << "its share stands on the page";
     EXPECT_NE(rows[1][7], rows[2][7]) << "another seed is another episode";
     for (const std::size_t k : {7u, 8u}) EXPECT_NE(rows[k][3].find("the policy raised RuntimeError: no more"), std::string::npos) << table;
     EXPECT_EQ(table_of("b", {"--jobs", "3"}), table);

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <random>
 
 namespace trocar::engine::test {
 
@@ -179,6 +180,17 @@ RunStatistics steps_of_which_are_slow(int slow, int count) {
     return statistics;
 }
 
+TEST(Verdicts, NeverRoundAShareUp) {
+    std::mt19937_64 random(5);
+    for (int k = 0; k < 20000; ++k) {
+        const auto all = 1 + random() % 1'000'000, kept = random() % (all + 1);
+        const double share = static_cast<double>(kept) / static_cast<double>(all), percent = percent_of(share);
+        ASSERT_EQ(percent == 100.0, kept == all) << kept << " of " << all;
+        ASSERT_NEAR(percent, 100.0 * share - 0.005, 0.005 + 1e-9) << kept << " of " << all;
+    }
+    for (int hundredths = 0; hundredths <= 10000; ++hundredths) EXPECT_NEAR(percent_of(hundredths / 10000.0), hundredths / 100.0, 1e-12);
+}
+
 TEST(Verdicts, TellWholeStepsThatWereSlowerThanRealTimeApartFromTheBudget) {
     for (const bool covers_step : {false, true}) {
         TinyRun run(changed({{R"({"limit": "exact"})", covers_step ? R"({"limit": "33ms", "scope": "step"})" : R"({"limit": "33ms"})"}}));
@@ -191,7 +203,7 @@ TEST(Verdicts, TellWholeStepsThatWereSlowerThanRealTimeApartFromTheBudget) {
         EXPECT_DOUBLE_EQ(record.summary.realtime_kept, 592.0 / 600.0);
         const Verdict verdict = make_verdict(record);
         EXPECT_EQ(verdict.headline, who + " kept the budget of 33 ms in all 600 steps; 98.66 % of the steps ended within the 10 ms they simulate.") << "never rounded up";
-        EXPECT_THAT(verdict.detail, HasSubstr("8 of 600 steps took longer than the 10 ms that each simulates: 98.67 %"));
+        EXPECT_THAT(verdict.detail, HasSubstr("8 of 600 steps took longer than the 10 ms that each simulates: 98.66 %"));
         EXPECT_EQ(verdict.mark, Mark::Note);
         std::string all;
         for (const Loss& loss : list_losses(record)) all += loss.name + ": " + loss.amount + "\n";

@@ -40,7 +40,9 @@ const char* status_class(const std::string& status) {
     return status == "missing" ? " class=\"missing\"" : " class=\"bad\"";
 }
 
+/// What is true counts as 1: the mean is the share of it.
 std::optional<double> number_of(const std::string& cell) {
+    if (cell == "true" || cell == "false") return cell == "true" ? 1.0 : 0.0;
     double value = 0.0;
     const auto read = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     return read.ec == std::errc() && read.ptr == cell.data() + cell.size() && std::isfinite(value) ? std::optional(value) : std::nullopt;
