@@ -1,9 +1,9 @@
 #include "engine/prepare/load_surface.hpp"
 
 #include "assets/anatomy/shapes.hpp"
-#include "assets/anatomy/vessels.hpp"
 #include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
+#include "engine/prepare/geometry_cache.hpp"
 #include "engine/prepare/patient_cache.hpp"
 #include "engine/prepare/surface_rule.hpp"
 #include "engine/scene/scene_size.hpp"
@@ -35,7 +35,7 @@ Result<TriMesh> make_shape(const ShapeSpec& shape) {
         return mesh;
     }
     case ShapeKind::Vessels:
-        return anatomy::make_vessels(shape.branches, shape.blend, shape.triangles);
+        return make_or_read_vessels(shape.branches, shape.blend, shape.triangles);
     }
     return TriMesh{};
 }

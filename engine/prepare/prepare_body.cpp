@@ -5,11 +5,11 @@
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/prepare/geometry_cache.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
 #include "fem/tissue/stable_step.hpp"
-#include "spheretree/lumen/build_lumen.hpp"
 
 #include <fmt/format.h>
 
@@ -293,7 +293,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     }
     model.topology = collision::make_topology(model.surface.triangles, model.surface.vertices.size());
     if (model.hollow) {
-        Result<spheretree::LumenTree> lumen = spheretree::build_lumen_tree(model.surface);
+        Result<spheretree::LumenTree> lumen = make_or_read_lumen_tree(model.surface);
         if (!lumen.ok()) return scene_error(scene, "bodies." + body.name + ".surface", lumen.error().message, lumen.error().code);
         summary.inscribed_spheres = lumen->ball_count();
         summary.tree_spheres = lumen->tree.sphere_count();

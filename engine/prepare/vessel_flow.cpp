@@ -1,6 +1,6 @@
 #include "engine/prepare/vessel_flow.hpp"
 
-#include "spheretree/lumen/centreline.hpp"
+#include "engine/prepare/geometry_cache.hpp"
 
 #include <fmt/format.h>
 
@@ -18,12 +18,12 @@ Result<void> prepare_vessel_flow(const EffectPreparation& preparation, const std
     for (InstrumentModel& instrument : prepared.model.instruments) {
         BodyModel& vessel = prepared.model.bodies[instrument.lumen];
         if (!vessel.blood) {
-            auto tree = spheretree::find_centreline_tree(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
+            auto tree = make_or_read_centreline(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
             const bool from_inlet = inlet && tree.ok();
             inlet_used |= from_inlet;
-            if (inlet && !tree.ok()) tree = spheretree::find_centreline_tree(*vessel.lumen, instrument.port.position);
+            if (inlet && !tree.ok()) tree = make_or_read_centreline(*vessel.lumen, instrument.port.position);
             if (tree.ok() && !from_inlet)
-                tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
+                tree = make_or_read_centreline(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
             if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
             vessel.blood = make_blood_flow(*tree, speed);
             if (vessel.host_body) {

@@ -6,6 +6,7 @@
 #include "fem/mesh/lattice.hpp"
 #include "fem/embedding/links.hpp"
 #include "fem/tissue/stable_step.hpp"
+#include "tests/engine/private_cache.hpp"
 #include "tests/made/surfaces.hpp"
 
 #include <fstream>
@@ -17,28 +18,6 @@
 namespace trocar::engine {
 
 namespace {
-
-/// Sends the cache to an empty folder for as long as it lives.
-class PrivateCache {
-public:
-    PrivateCache() : folder_(std::move(TemporaryFolder::make()).value()) {
-        if (const char* before = std::getenv("TROCAR_CACHE")) before_ = before;
-        setenv("TROCAR_CACHE", folder_.path().c_str(), 1);
-    }
-    ~PrivateCache() {
-        if (before_.empty())
-            unsetenv("TROCAR_CACHE");
-        else
-            setenv("TROCAR_CACHE", before_.c_str(), 1);
-    }
-    PrivateCache(const PrivateCache&) = delete;
-    PrivateCache& operator=(const PrivateCache&) = delete;
-    [[nodiscard]] std::filesystem::path only_entry() const { return *std::filesystem::directory_iterator(folder_.path()); }
-
-private:
-    TemporaryFolder folder_;
-    std::string before_;
-};
 
 /// A bumpy closed surface: an octahedron divided and pushed outwards.
 TriMesh make_bumpy_ball(int rounds) {
