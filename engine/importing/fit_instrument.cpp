@@ -17,6 +17,10 @@ constexpr double kReach = 2.0;
 constexpr double kLeastBend = 0.7, kMostBend = 1.2, kForkSpan = 3.0;
 /// Tip's length: of the narrowest radius where the way has no fork; within these bounds, m.
 constexpr double kPlainTip = 5.0, kShortestTip = 2e-3, kLongestTip = 6e-2;
+/// Of the target's radius: a tip that is so near has arrived. One whose shaft leans on the wall is as much in the vessel as one in the middle.
+constexpr double kArrivedShare = 0.9;
+/// rad; a way that turns more at a fork turns back: it is followed only where all ways do.
+constexpr double kTurnsBack = 1.6;
 /// An instrument needs this much beyond its radius, on its way.
 constexpr double kRoom = 1.3;
 /// Of the widest place behind it: near its end a way counts as long as it is this wide, an entry likewise.
@@ -104,8 +108,7 @@ double turn_at(const CentrelineWay& way, std::size_t fork) {
     return in.norm() > 0.0 && out.norm() > 0.0 ? std::atan2(in.cross(out).norm(), in.dot(out)) : 0.0;
 }
 
-ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, std::size_t begin) {
-    const CentrelineWay way = way_to(branches, branch);
+ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, const CentrelineWay& way, std::size_t begin) {
     ForkNeeds needs;
     std::size_t behind = 0; // points from the fork to the way's end
     for (Index b = branch; branches[b].parent != kNoIndex; b = branches[b].parent) {
@@ -125,12 +128,14 @@ void shape_tip(FittingInstrument& fit, const ForkNeeds& needs, double narrowest)
     fit.tip_length = std::clamp(std::max(kPlainTip * narrowest, reaching), kShortestTip, kLongestTip);
 }
 
-/// The widest way; of equally wide ones the longest, so that there is something to see.
-std::size_t choose_target(const std::vector<VesselTarget>& targets) {
+/// The widest way that does not turn back; of equally wide ones the longest, so that there is something to see.
+std::size_t choose_target(const std::vector<VesselTarget>& targets, const std::vector<ForkNeeds>& needs) {
     std::size_t best = 0;
     for (std::size_t t = 1; t < targets.size(); ++t) {
+        const bool back = needs[t].turn > kTurnsBack, best_back = needs[best].turn > kTurnsBack;
         const double a = targets[t].narrowest, b = targets[best].narrowest;
-        if (a > 1.001 * b || (a > 0.999 * b && targets[t].way > targets[best].way)) best = t;
+        const bool wider = a > 1.001 * b || (a > 0.999 * b && targets[t].way > targets[best].way);
+        if (back != best_back ? best_back : wider) best = t;
     }
     return best;
 }
@@ -140,13 +145,15 @@ std::size_t choose_target(const std::vector<VesselTarget>& targets) {
 Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     std::vector<std::size_t> begins;
     std::vector<CentrelineWay> ways;
+    std::vector<ForkNeeds> needs;
     for (std::size_t e = 1; e < vessel.ends.size(); ++e) {
         ways.push_back(way_to(vessel.branches, vessel.end_branch[e]));
         begins.push_back(std::min(find_begin(ways.back(), vessel.ends[0].radius), ways.back().points.size() - 2));
         vessel.targets.push_back(make_target(ways.back(), begins.back(), vessel.ends[e]));
+        needs.push_back(find_needs(vessel.branches, vessel.end_branch[e], ways.back(), begins.back()));
     }
     FittingInstrument& fit = vessel.instrument;
-    fit.target = choose_target(vessel.targets);
+    fit.target = choose_target(vessel.targets, needs);
     const VesselTarget& aim = vessel.targets[fit.target];
     fit.radius = std::clamp(kRadiusShare * aim.narrowest, kThinnest, kThickest);
     if (aim.narrowest < kRoom * fit.radius)
@@ -158,8 +165,8 @@ Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     vessel.direction = direction_at(ways[fit.target], begins[fit.target]);
     fit.inserted = 0.8 * free_ahead(inside, vessel.entry, vessel.direction, fit.radius);
     fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
-    shape_tip(fit, find_needs(vessel.branches, vessel.end_branch[fit.target + 1], begins[fit.target]), aim.narrowest);
-    fit.tolerance = aim.radius; // in the inscribed sphere there: a shaft that leans on the wall is as much in the vessel as one in its middle
+    shape_tip(fit, needs[fit.target], aim.narrowest);
+    fit.tolerance = kArrivedShare * aim.radius;
     double longest = 0.0;
     for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);
     fit.length = std::min(longest + kSpareLength, kLongestInstrument);

@@ -11,6 +11,10 @@ namespace trocar::engine {
 
 namespace {
 
+/// m, radius of the lumen that the lengths below are written for. At a place they are in proportion to its radius, within these bounds.
+constexpr double kUsualRadius = 0.003, kLeastScale = 0.25, kMostScale = 3.0;
+/// Radii of a place over which the lumen behind it is looked at: where a branch begins, the vessel that it leaves decides.
+constexpr double kScaleReach = 6.0;
 /// m of insertion without progress along the route before it is pulled back: the slack of a shaft in wide vessels.
 constexpr double kPatience = 0.015;
 /// m of insertion with the tip in another branch before it is pulled back: the fork is behind, waiting brings nothing.
@@ -73,6 +77,15 @@ std::size_t find_point_at(const Route& route, double length) noexcept {
     return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
 }
 
+/// Of the lengths above, at a place along the route.
+double scale_at(const Route& route, double length) noexcept {
+    const std::size_t place = find_point_at(route, length);
+    double widest = route.radii[place];
+    const double reach = kScaleReach * widest;
+    for (std::size_t i = place; i > 0 && length - route.length[i - 1] < reach; --i) widest = std::max(widest, route.radii[i - 1]);
+    return std::clamp(widest / kUsualRadius, kLeastScale, kMostScale);
+}
+
 /// Where the tip is along the route, and whether it is in the route's lumen there.
 struct Progress {
     double length; // m
@@ -132,20 +145,26 @@ void note_progress(const Progress& progress, const DriveCommand& now, FollowStat
     state.best_insertion = now.insertion;
 }
 
-/// The last point of the route is the nearest one, and the tip is past it.
-bool is_beyond_the_end(const Route& route, const Vec3& tip, double progress) noexcept {
-    if (route.points.size() < 2 || progress < route.length.back()) return false;
+/// Past the last point of the route, which is the nearest one; beside it by more than the tolerance: pulling back does not bring the tip there.
+struct Beyond {
+    bool end = false, beside = false;
+};
+
+Beyond find_beyond(const Route& route, const FollowSettings& settings, const Vec3& tip, double progress) noexcept {
+    if (route.points.size() < 2 || progress < route.length.back()) return {};
     const Vec3& end = route.points.back();
-    return (tip - end).dot(end - route.points[route.points.size() - 2]) > 0.0;
+    const Vec3 direction = unit_or(end - route.points[route.points.size() - 2], Vec3::Zero());
+    if (!((tip - end).dot(direction) > 0.0)) return {};
+    return {true, part_across(tip - end, direction).squaredNorm() > settings.tolerance * settings.tolerance};
 }
 
-bool has_failed(const DriveCommand& now, const FollowState& state) noexcept {
-    return now.insertion - state.best_insertion > kPatience || now.insertion - state.astray_insertion > kAstrayPatience;
+bool has_failed(const DriveCommand& now, const FollowState& state, double scale) noexcept {
+    return now.insertion - state.best_insertion > scale * kPatience || now.insertion - state.astray_insertion > scale * kAstrayPatience;
 }
 
 /// Another attempt at the same fork, or the first at a new one.
-void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
-    if (state.attempts == 0 || state.best_progress > state.fork + kForgetFork) {
+void begin_retraction(const DriveCommand& now, double scale, FollowState& state) noexcept {
+    if (state.attempts == 0 || state.best_progress > state.fork + scale * kForgetFork) {
         state.fork = state.best_progress;
         state.attempts = 0;
     }
@@ -154,11 +173,11 @@ void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
     state.retract_from = now.insertion;
 }
 
-bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
-    const double before = state.fork - (attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) -
-                          kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size());
-    return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
-           now.insertion <= 0.0;
+bool stands_before_fork(const Progress& progress, const DriveCommand& now, double scale, const FollowState& state) noexcept {
+    const double before = state.fork - scale * ((attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) +
+                                                kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size()));
+    return (progress.on_route && state.progress <= std::max(0.0, before)) ||
+           state.retract_from - now.insertion > std::max(1.0, scale) * kLongestRetraction || now.insertion <= 0.0;
 }
 
 void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) noexcept {
@@ -171,7 +190,8 @@ void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) no
 
 std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept {
     double best_sq = std::numeric_limits<double>::infinity();
-    const std::size_t begin = find_point_at(route, std::max(0.0, last - kSearchBack)), end = find_point_at(route, last + kSearchAhead);
+    const double scale = scale_at(route, last);
+    const std::size_t begin = find_point_at(route, std::max(0.0, last - scale * kSearchBack)), end = find_point_at(route, last + scale * kSearchAhead);
     std::size_t best = begin;
     for (std::size_t i = begin; i <= end; ++i) {
         const double distance_sq = (route.points[i] - tip).squaredNorm();
@@ -183,7 +203,7 @@ std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last)
 }
 
 bool is_within_clearance(const Route& route, std::size_t point, const Vec3& tip) noexcept {
-    const double clearance = route.radii[point] + kOffRoute;
+    const double clearance = route.radii[point] + scale_at(route, route.length[point]) * kOffRoute;
     return (route.points[point] - tip).squaredNorm() <= clearance * clearance;
 }
 
@@ -209,7 +229,9 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     const bool pushes = state.mode == FollowMode::Advance || state.mode == FollowMode::Probe;
     const bool resisted = view.resistance > kPushLimit;
     if (pushes && resisted) state.best_insertion -= kWaitingSpeed * dt;
-    if (pushes && has_failed(now, state)) begin_retraction(now, state);
+    const Beyond beyond = find_beyond(route, settings, view.tip, state.progress);
+    const double scale = scale_at(route, state.mode == FollowMode::Advance ? state.progress : state.fork);
+    if (pushes && (beyond.beside || has_failed(now, state, scale))) begin_retraction(now, scale, state);
 
     DriveCommand wanted = now;
     const auto turn_to = [&](const Aim& aim) { wanted.rotation += aim.turn * limits.rotation * dt; };
@@ -219,7 +241,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         turn_to(aim);
         // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
         const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
-        if (is_beyond_the_end(route, view.tip, state.progress))
+        if (beyond.end)
             wanted.insertion -= settings.speed * dt * share;
         else if (!resisted)
             wanted.insertion += settings.speed * dt * share;
@@ -227,7 +249,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     }
     case FollowMode::Retract:
         wanted.insertion -= settings.speed * dt;
-        if (stands_before_fork(progress, now, state)) {
+        if (stands_before_fork(progress, now, scale, state)) {
             state.mode = FollowMode::Turn;
             state.turned_for = 0.0;
         }
@@ -242,7 +264,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     case FollowMode::Probe:
         if (attempt_now(state).keeps_aim) turn_to(aim_tip(route, settings, view, state, attempt_now(state).offset));
         if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? limits.speed : settings.speed) * dt;
-        if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
+        if (progress.on_route && state.progress > state.fork + scale * kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
     case FollowMode::Arrived:
         break;
