@@ -20,7 +20,7 @@ constexpr double kShortestTrial = 60.0;
 /// Radii of the lumen, before and behind a place, over which the way's turn there is measured.
 constexpr double kTurnSpan = 3.0;
 /// rad; a way that turns more turns back.
-constexpr double kTurnsBack = 1.6;
+constexpr double kTurnsBack = 2.1;
 /// Times its radius: a lumen that is narrower holds an instrument fast.
 constexpr double kTight = 1.5;
 /// Attempts of a round at one place.

@@ -11,16 +11,21 @@ namespace {
 
 /// Of the narrowest radius on the way: the instrument's, within what instruments are, m.
 constexpr double kRadiusShare = 0.35, kThinnest = 1e-4, kThickest = 6e-4;
-/// Radii of a fork's lumen that the tip reaches to the side: a shaft that leans on one wall has its tip at a branch in the other.
-constexpr double kReach = 2.0;
-/// rad, the bend of the tip: as the sharpest fork on the way turns, within these bounds. Radii of the fork over which its turn is measured.
-constexpr double kLeastBend = 0.7, kMostBend = 1.2, kForkSpan = 3.0;
+/// Radii of the widest fork on the way that the tip at rest reaches to the side: across the lumen, and into a branch beyond it.
+constexpr double kReach = 3.0;
+/// The tip's bend: of the sharpest fork's turn, because walls straighten it; within these bounds, rad. Radii of the fork over which its turn is
+/// measured.
+constexpr double kBendShare = 1.5, kLeastBend = 0.7, kMostBend = 1.8, kForkSpan = 3.0;
 /// Tip's length: of the narrowest radius where the way has no fork; within these bounds, m.
 constexpr double kPlainTip = 5.0, kShortestTip = 2e-3, kLongestTip = 6e-2;
-/// Of the target's radius: a tip that is so near has arrived. One whose shaft leans on the wall is as much in the vessel as one in the middle.
-constexpr double kArrivedShare = 0.9;
+/// Of the target's radius, nearly its inscribed sphere: a tip that is so near has arrived. A shaped tip lies on the wall, and one that lies there
+/// is as much in the vessel as one in its middle.
+constexpr double kArrivedShare = 0.97;
 /// rad; a way that turns more at a fork turns back: it is followed only where all ways do.
-constexpr double kTurnsBack = 1.6;
+constexpr double kTurnsBack = 2.1;
+/// Radii of the narrowest place on the way that it is driven a second, and the fastest, m/s: in a small vessel a turn of the handle takes as long
+/// as in a wide one.
+constexpr double kRadiiASecond = 12.0, kFastest = 0.03;
 /// An instrument needs this much beyond its radius, on its way.
 constexpr double kRoom = 1.3;
 /// Of the widest place behind it: near its end a way counts as long as it is this wide, an entry likewise.
@@ -123,7 +128,7 @@ ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, c
 
 /// An arc of the bend a over the length l reaches l (1 - cos a) / a to the side.
 void shape_tip(FittingInstrument& fit, const ForkNeeds& needs, double narrowest) {
-    fit.tip_angle = std::clamp(needs.turn, kLeastBend, kMostBend);
+    fit.tip_angle = std::clamp(kBendShare * needs.turn, kLeastBend, kMostBend);
     const double reaching = kReach * needs.radius * fit.tip_angle / (1.0 - std::cos(fit.tip_angle));
     fit.tip_length = std::clamp(std::max(kPlainTip * narrowest, reaching), kShortestTip, kLongestTip);
 }
@@ -166,6 +171,7 @@ Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     fit.inserted = 0.8 * free_ahead(inside, vessel.entry, vessel.direction, fit.radius);
     fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
     shape_tip(fit, needs[fit.target], aim.narrowest);
+    fit.speed = std::min(kRadiiASecond * aim.narrowest, kFastest);
     fit.tolerance = kArrivedShare * aim.radius;
     double longest = 0.0;
     for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);

@@ -63,12 +63,17 @@ constexpr double kSlipped = 1.2;
 constexpr double kBoldShare = 0.7;
 /// m beyond the route's clearance at which the tip may be in another branch.
 constexpr double kOffRoute = 1e-3;
+/// Clearances beside the route at which a tip that sees it is in its lumen all the same: sections are not round. Farther away it looks back at
+/// the fork from another branch.
+constexpr double kWidestSection = 4.0;
 /// N at the entry: no command pushes against more than this; it waits, and pulls back when that lasts.
 constexpr double kPushLimit = 1.0;
 /// m/s of insertion that count as patience spent while it only waits.
 constexpr double kWaitingSpeed = 0.02;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
+
+double square(double x) noexcept { return x * x; }
 
 double clamp_change(double from, double wanted, double limit) noexcept { return from + std::clamp(wanted - from, -limit, limit); }
 
@@ -94,7 +99,8 @@ struct Progress {
 
 Progress find_progress(const Route& route, const TipView& view, double last) noexcept {
     const std::size_t nearest = find_nearest_point(route, view.tip, last);
-    return {route.length[nearest], view.sees_route || is_within_clearance(route, nearest, view.tip)};
+    const bool near = (route.points[nearest] - view.tip).squaredNorm() <= square(kWidestSection * route.radii[nearest]);
+    return {route.length[nearest], (view.sees_route && near) || is_within_clearance(route, nearest, view.tip)};
 }
 
 Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
@@ -263,7 +269,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     }
     case FollowMode::Probe:
         if (attempt_now(state).keeps_aim) turn_to(aim_tip(route, settings, view, state, attempt_now(state).offset));
-        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? limits.speed : settings.speed) * dt;
+        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? std::max(settings.speed, std::min(1.0, scale) * limits.speed) : settings.speed) * dt;
         if (progress.on_route && state.progress > state.fork + scale * kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
     case FollowMode::Arrived:
