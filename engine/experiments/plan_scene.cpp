@@ -84,8 +84,9 @@ Result<void> aim_first_instrument(Scene& scene, const std::string& target) {
         std::vector<std::string> known;
         for (const SceneTarget& each : scene.targets) known.push_back(each.name);
         return Error{ErrorCode::BadUsage,
-                     known.empty() ? fmt::format("no target '{}': the scene names none", target)
-                                   : fmt::format("no target '{}'; known: {}", target, fmt::join(known, ", ")),
+                     known.empty()    ? fmt::format("no target '{}': the scene names none", target)
+                     : target.empty() ? fmt::format("the first instrument follows none of the scene's targets; expected one of them: {}", fmt::join(known, ", "))
+                                      : fmt::format("no target '{}'; known: {}", target, fmt::join(known, ", ")),
                      {},
                      0,
                      0,
