@@ -11,10 +11,9 @@ namespace trocar::engine {
 
 namespace {
 
-/// m, radius of the lumen that the lengths below are written for. At a place they are in proportion to its radius, within these bounds.
-constexpr double kUsualRadius = 0.003, kLeastScale = 0.25, kMostScale = 3.0;
-/// Radii of a place over which the lumen behind it is looked at: where a branch begins, the vessel that it leaves decides.
-constexpr double kScaleReach = 6.0;
+/// m, look_ahead that the lengths below, up to kForgetFork, are written for: with a shorter one, which a small vessel asks for, they are in
+/// proportion to it. A longer one leaves them as they are: wide vessels do not need more.
+constexpr double kUsualLookAhead = 0.012;
 /// m of insertion without progress along the route before it is pulled back: the slack of a shaft in wide vessels.
 constexpr double kPatience = 0.015;
 /// m of insertion with the tip in another branch before it is pulled back: the fork is behind, waiting brings nothing.
@@ -55,6 +54,8 @@ constexpr std::array<Attempt, 13> kRound{{{0.0, false},
 constexpr double kOffsetKept = 0.5;
 /// A tip is aimed when the sine of its error is below this; a turn that takes longer than kLongestTurn s is over anyway.
 constexpr double kAimed = 0.15, kLongestTurn = 2.5;
+/// s beyond the end of the route and beside it, while it goes back and forth there; then another attempt is made.
+constexpr double kLongestBeside = 1.0;
 /// Share of the tolerance within which nothing is left to improve.
 constexpr double kNear = 0.3;
 /// Tolerances away from the end of the route at which a tip that had arrived is brought back.
@@ -82,14 +83,7 @@ std::size_t find_point_at(const Route& route, double length) noexcept {
     return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
 }
 
-/// Of the lengths above, at a place along the route.
-double scale_at(const Route& route, double length) noexcept {
-    const std::size_t place = find_point_at(route, length);
-    double widest = route.radii[place];
-    const double reach = kScaleReach * widest;
-    for (std::size_t i = place; i > 0 && length - route.length[i - 1] < reach; --i) widest = std::max(widest, route.radii[i - 1]);
-    return std::clamp(widest / kUsualRadius, kLeastScale, kMostScale);
-}
+double scale_of(const FollowSettings& settings) noexcept { return std::min(1.0, settings.look_ahead / kUsualLookAhead); }
 
 /// Where the tip is along the route, and whether it is in the route's lumen there.
 struct Progress {
@@ -151,7 +145,7 @@ void note_progress(const Progress& progress, const DriveCommand& now, FollowStat
     state.best_insertion = now.insertion;
 }
 
-/// Past the last point of the route, which is the nearest one; beside it by more than the tolerance: pulling back does not bring the tip there.
+/// Past the last point of the route, which is the nearest one; and beside it by more than the tolerance.
 struct Beyond {
     bool end = false, beside = false;
 };
@@ -164,7 +158,7 @@ Beyond find_beyond(const Route& route, const FollowSettings& settings, const Vec
     return {true, part_across(tip - end, direction).squaredNorm() > settings.tolerance * settings.tolerance};
 }
 
-bool has_failed(const DriveCommand& now, const FollowState& state, double scale) noexcept {
+bool has_failed(const DriveCommand& now, double scale, const FollowState& state) noexcept {
     return now.insertion - state.best_insertion > scale * kPatience || now.insertion - state.astray_insertion > scale * kAstrayPatience;
 }
 
@@ -180,24 +174,24 @@ void begin_retraction(const DriveCommand& now, double scale, FollowState& state)
 }
 
 bool stands_before_fork(const Progress& progress, const DriveCommand& now, double scale, const FollowState& state) noexcept {
-    const double before = state.fork - scale * ((attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) +
-                                                kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size()));
-    return (progress.on_route && state.progress <= std::max(0.0, before)) ||
-           state.retract_from - now.insertion > std::max(1.0, scale) * kLongestRetraction || now.insertion <= 0.0;
+    const double before = state.fork - scale * (attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) -
+                          scale * kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size());
+    return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
+           now.insertion <= 0.0;
 }
 
 void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) noexcept {
     state.mode = mode;
     state.best_progress = std::min(state.best_progress, state.progress);
     state.best_insertion = state.astray_insertion = now.insertion;
+    state.turned_for = 0.0;
 }
 
 } // namespace
 
 std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept {
     double best_sq = std::numeric_limits<double>::infinity();
-    const double scale = scale_at(route, last);
-    const std::size_t begin = find_point_at(route, std::max(0.0, last - scale * kSearchBack)), end = find_point_at(route, last + scale * kSearchAhead);
+    const std::size_t begin = find_point_at(route, std::max(0.0, last - kSearchBack)), end = find_point_at(route, last + kSearchAhead);
     std::size_t best = begin;
     for (std::size_t i = begin; i <= end; ++i) {
         const double distance_sq = (route.points[i] - tip).squaredNorm();
@@ -209,7 +203,7 @@ std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last)
 }
 
 bool is_within_clearance(const Route& route, std::size_t point, const Vec3& tip) noexcept {
-    const double clearance = route.radii[point] + scale_at(route, route.length[point]) * kOffRoute;
+    const double clearance = route.radii[point] + kOffRoute;
     return (route.points[point] - tip).squaredNorm() <= clearance * clearance;
 }
 
@@ -236,8 +230,10 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     const bool resisted = view.resistance > kPushLimit;
     if (pushes && resisted) state.best_insertion -= kWaitingSpeed * dt;
     const Beyond beyond = find_beyond(route, settings, view.tip, state.progress);
-    const double scale = scale_at(route, state.mode == FollowMode::Advance ? state.progress : state.fork);
-    if (pushes && (beyond.beside || has_failed(now, state, scale))) begin_retraction(now, scale, state);
+    if (state.mode == FollowMode::Advance && beyond.beside) state.turned_for += dt;
+    const bool missed = beyond.beside && (state.mode == FollowMode::Probe || state.turned_for > kLongestBeside);
+    const double scale = scale_of(settings);
+    if (pushes && (missed || has_failed(now, scale, state))) begin_retraction(now, scale, state);
 
     DriveCommand wanted = now;
     const auto turn_to = [&](const Aim& aim) { wanted.rotation += aim.turn * limits.rotation * dt; };
@@ -269,7 +265,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     }
     case FollowMode::Probe:
         if (attempt_now(state).keeps_aim) turn_to(aim_tip(route, settings, view, state, attempt_now(state).offset));
-        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? std::max(settings.speed, std::min(1.0, scale) * limits.speed) : settings.speed) * dt;
+        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? std::max(settings.speed, scale * limits.speed) : settings.speed) * dt;
         if (progress.on_route && state.progress > state.fork + scale * kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
     case FollowMode::Arrived:
