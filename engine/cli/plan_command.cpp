@@ -66,9 +66,9 @@ void warn_of_replay(const PlanRecord& record) {
 int plan(const PlanOptions& options) {
     Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
-    if (const auto aimed = aim_to_plan(*scene, options.target); !aimed.ok()) return report_error(aimed.error());
-    const std::filesystem::path out =
-        options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
+    const std::string target = options.target.empty() ? usual_target(*scene).value_or("") : options.target;
+    if (const auto aimed = aim_to_plan(*scene, target); !aimed.ok()) return report_error(aimed.error());
+    const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + target) : options.out;
     if (const auto free = OutputFolder::check(out, options.force); !free.ok()) return report_error(free.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
@@ -76,13 +76,13 @@ int plan(const PlanOptions& options) {
     if (!prepared.ok()) return report_error(prepared.error());
 
     const InstrumentModel& instrument = prepared->model.instruments[kLeadInstrument];
-    PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}, {}};
-    if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
+    PlanRecord record{*scene, *prepared, target, inspect_route(*instrument.route, instrument.rod.design.radius), {}, {}};
+    if (const auto bends = check_bends(*scene, record.route, target); !bends.ok()) return report_error(bends.error());
     const auto folder = OutputFolder::open(out, options.force);
     if (!folder.ok()) return report_error(folder.error());
     const double time_limit = options.time_limit > 0.0 ? options.time_limit : usual_trial_time(record.route, instrument);
     record.plan = find_motion(prepared->model, time_limit, [&](double share) {
-        progress.show(fmt::format("driving to {}: {:.0f} % of the time that it may take", options.target, 100.0 * share));
+        progress.show(fmt::format("driving to {}: {:.0f} % of the time that it may take", target, 100.0 * share));
         return false;
     });
     if (record.plan.arrived)
@@ -102,14 +102,7 @@ int plan(const PlanOptions& options) {
         warn_of_replay(record);
         return outputs.tell(out);
     }
-    return report_error({ErrorCode::BadValue,
-                         fmt::format("there is a way, but in {:.3g} s the drive found no motion that brings the tip nearer than {:.2f} mm: "
-                                     "expected a longer --time, another tip shape, or a thinner instrument",
-                                     record.plan.time, 1e3 * record.plan.closest),
-                         {},
-                         0,
-                         0,
-                         "--to"});
+    return report_error({ErrorCode::BadValue, describe_failure(record.plan, instrument, record.target), {}, 0, 0, "--to"});
 }
 
 } // namespace
@@ -118,7 +111,7 @@ Command add_plan_command(CLI::App& app) {
     const auto options = std::make_shared<PlanOptions>();
     CLI::App* command = app.add_subcommand("plan", "Find the way to a target and the drive commands that go there");
     command->add_option("scene", options->scene, "scene file (JSON)")->required();
-    command->add_option("--to", options->target, "one of the scene's targets")->required();
+    command->add_option("--to", options->target, "one of the scene's targets; the one that its first instrument follows, or the only one, where none is given");
     command->add_option("--out", options->out, "output folder; out/<scene>-to-<target> where none is given");
     command->add_option("--time", options->time_limit, "s of simulated time that the trial may take")->check(number_range(0.0, 1e5));
     command->add_flag("--force", options->force, "write into an output folder that is not empty");

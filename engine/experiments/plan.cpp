@@ -96,6 +96,9 @@ Plan find_motion(const SceneModel& model, double time_limit, const std::function
         plan.largest_force = std::max(plan.largest_force, report.max_contact_force_n);
         plan.retractions += hand.attempts > attempts ? 1 : 0;
         attempts = hand.attempts;
+        plan.furthest = std::max(plan.furthest, hand.best_progress);
+        plan.place = attempts > 0 ? hand.fork : hand.progress;
+        plan.attempts = attempts;
         if (hand.mode == FollowMode::Arrived && !plan.arrived) {
             plan.arrived = true;
             plan.time = simulator.state().time;

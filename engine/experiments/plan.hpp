@@ -36,6 +36,9 @@ struct Plan {
     double time = 0.0;            // s, when the tip arrived; the end of the trial if it did not
     double closest = 0.0;         // m, tip to target at its nearest
     double last = 0.0;            // m, at the end of the plan
+    double furthest = 0.0;        // m along the route, that the tip came
+    double place = 0.0;           // m along the route, where the last attempts were made; where it was at the end if it made none
+    unsigned attempts = 0;        // there
     unsigned retractions = 0;
     std::uint64_t lumen_exits = 0;
     double largest_force = 0.0; // N on the wall

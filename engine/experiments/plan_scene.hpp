@@ -4,9 +4,13 @@
 #include "engine/experiments/plan.hpp"
 #include "engine/scene/scene.hpp"
 
+#include <optional>
 #include <string>
 
 namespace trocar::engine {
+
+/// The target that the first instrument follows, or the only one; none where neither is.
+[[nodiscard]] std::optional<std::string> usual_target(const Scene& scene);
 
 /// The first instrument follows this target, with the settings that the scene gives for following, or their defaults.
 /// fails     BadUsage: no instrument, or no target of that name (the message lists those there are)
@@ -23,5 +27,8 @@ namespace trocar::engine {
 
 /// s of simulated time that a trial takes at most where nobody says how long.
 [[nodiscard]] double usual_trial_time(const RouteReport& route, const InstrumentModel& instrument) noexcept;
+
+/// Why a trial did not arrive: the place along the way, the lumen's radius and the way's turn there, and what would help.
+[[nodiscard]] std::string describe_failure(const Plan& plan, const InstrumentModel& instrument, const std::string& target);
 
 } // namespace trocar::engine

@@ -11,6 +11,21 @@ namespace {
 
 /// Of the narrowest radius on the way: the instrument's, within what instruments are, m.
 constexpr double kRadiusShare = 0.35, kThinnest = 1e-4, kThickest = 6e-4;
+/// Radii of the widest fork on the way that the tip at rest reaches to the side: across the lumen, and into a branch beyond it.
+constexpr double kReach = 3.0;
+/// The tip's bend: of the sharpest fork's turn, because walls straighten it; within these bounds, rad. Radii of the fork over which its turn is
+/// measured.
+constexpr double kBendShare = 1.5, kLeastBend = 0.7, kMostBend = 1.8, kForkSpan = 3.0;
+/// Tip's length: of the narrowest radius where the way has no fork; within these bounds, m.
+constexpr double kPlainTip = 5.0, kShortestTip = 2e-3, kLongestTip = 6e-2;
+/// Of the target's radius, nearly its inscribed sphere: a tip that is so near has arrived. A shaped tip lies on the wall, and one that lies there
+/// is as much in the vessel as one in its middle.
+constexpr double kArrivedShare = 0.97;
+/// rad; a way that turns more at a fork turns back: it is followed only where all ways do.
+constexpr double kTurnsBack = 2.1;
+/// Radii of the narrowest place on the way that it is driven a second, and the fastest, m/s: in a small vessel a turn of the handle takes as long
+/// as in a wide one.
+constexpr double kRadiiASecond = 12.0, kFastest = 0.03;
 /// An instrument needs this much beyond its radius, on its way.
 constexpr double kRoom = 1.3;
 /// Of the widest place behind it: near its end a way counts as long as it is this wide, an entry likewise.
@@ -74,12 +89,58 @@ double free_ahead(const InsideTest& inside, const Vec3& from, const Vec3& direct
     return s;
 }
 
-/// The widest way; of equally wide ones the longest, so that there is something to see.
-std::size_t choose_target(const std::vector<VesselTarget>& targets) {
+/// What a tip must do on a way: at its forks, between the entry and the target.
+struct ForkNeeds {
+    double radius = 0.0; // m, of the lumen at the widest fork
+    double turn = 0.0;   // rad, of the way at the fork that turns it most
+};
+
+/// Point that lies `span` m from point `from`, ahead or behind.
+std::size_t point_away(const CentrelineWay& way, std::size_t from, double span, bool ahead) {
+    std::size_t to = from;
+    for (double along = 0.0; along < span && (ahead ? to + 1 < way.points.size() : to > 0);) {
+        const std::size_t next = ahead ? to + 1 : to - 1;
+        along += (way.points[next] - way.points[to]).norm();
+        to = next;
+    }
+    return to;
+}
+
+double turn_at(const CentrelineWay& way, std::size_t fork) {
+    const double span = kForkSpan * way.radii[fork];
+    const Vec3 in = way.points[fork] - way.points[point_away(way, fork, span, false)];
+    const Vec3 out = way.points[point_away(way, fork, span, true)] - way.points[fork];
+    return in.norm() > 0.0 && out.norm() > 0.0 ? std::atan2(in.cross(out).norm(), in.dot(out)) : 0.0;
+}
+
+ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, const CentrelineWay& way, std::size_t begin) {
+    ForkNeeds needs;
+    std::size_t behind = 0; // points from the fork to the way's end
+    for (Index b = branch; branches[b].parent != kNoIndex; b = branches[b].parent) {
+        behind += branches[b].points.size() - 1;
+        const std::size_t fork = way.points.size() - 1 - behind;
+        if (fork <= begin) break;
+        needs.radius = std::max(needs.radius, way.radii[fork]);
+        needs.turn = std::max(needs.turn, turn_at(way, fork));
+    }
+    return needs;
+}
+
+/// An arc of the bend a over the length l reaches l (1 - cos a) / a to the side.
+void shape_tip(FittingInstrument& fit, const ForkNeeds& needs, double narrowest) {
+    fit.tip_angle = std::clamp(kBendShare * needs.turn, kLeastBend, kMostBend);
+    const double reaching = kReach * needs.radius * fit.tip_angle / (1.0 - std::cos(fit.tip_angle));
+    fit.tip_length = std::clamp(std::max(kPlainTip * narrowest, reaching), kShortestTip, kLongestTip);
+}
+
+/// The widest way that does not turn back; of equally wide ones the longest, so that there is something to see.
+std::size_t choose_target(const std::vector<VesselTarget>& targets, const std::vector<ForkNeeds>& needs) {
     std::size_t best = 0;
     for (std::size_t t = 1; t < targets.size(); ++t) {
+        const bool back = needs[t].turn > kTurnsBack, best_back = needs[best].turn > kTurnsBack;
         const double a = targets[t].narrowest, b = targets[best].narrowest;
-        if (a > 1.001 * b || (a > 0.999 * b && targets[t].way > targets[best].way)) best = t;
+        const bool wider = a > 1.001 * b || (a > 0.999 * b && targets[t].way > targets[best].way);
+        if (back != best_back ? best_back : wider) best = t;
     }
     return best;
 }
@@ -89,13 +150,15 @@ std::size_t choose_target(const std::vector<VesselTarget>& targets) {
 Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     std::vector<std::size_t> begins;
     std::vector<CentrelineWay> ways;
+    std::vector<ForkNeeds> needs;
     for (std::size_t e = 1; e < vessel.ends.size(); ++e) {
         ways.push_back(way_to(vessel.branches, vessel.end_branch[e]));
         begins.push_back(std::min(find_begin(ways.back(), vessel.ends[0].radius), ways.back().points.size() - 2));
         vessel.targets.push_back(make_target(ways.back(), begins.back(), vessel.ends[e]));
+        needs.push_back(find_needs(vessel.branches, vessel.end_branch[e], ways.back(), begins.back()));
     }
     FittingInstrument& fit = vessel.instrument;
-    fit.target = choose_target(vessel.targets);
+    fit.target = choose_target(vessel.targets, needs);
     const VesselTarget& aim = vessel.targets[fit.target];
     fit.radius = std::clamp(kRadiusShare * aim.narrowest, kThinnest, kThickest);
     if (aim.narrowest < kRoom * fit.radius)
@@ -107,8 +170,9 @@ Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     vessel.direction = direction_at(ways[fit.target], begins[fit.target]);
     fit.inserted = 0.8 * free_ahead(inside, vessel.entry, vessel.direction, fit.radius);
     fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
-    fit.tip_length = std::clamp(5.0 * aim.narrowest, 2e-3, 1.2e-2);
-    fit.tolerance = std::clamp(0.8 * aim.radius, 2e-4, 3e-3);
+    shape_tip(fit, needs[fit.target], aim.narrowest);
+    fit.speed = std::min(kRadiiASecond * aim.narrowest, kFastest);
+    fit.tolerance = kArrivedShare * aim.radius;
     double longest = 0.0;
     for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);
     fit.length = std::min(longest + kSpareLength, kLongestInstrument);

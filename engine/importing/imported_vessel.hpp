@@ -21,9 +21,11 @@ struct VesselTarget {
 /// A catheter that fits the ways.
 struct FittingInstrument {
     double radius = 0.0, segment = 0.0, tip_length = 0.0, length = 0.0; // m
+    double tip_angle = 0.0;                                             // rad
+    double speed = 0.0;                                                 // m/s, that it is driven at
     double inserted = 0.0;                                              // m, that is straight and free beyond the entry
     double tolerance = 0.0;                                             // m, to the target that it follows
-    std::size_t target = 0;                                             // of the anatomy's, that it follows: the one with the widest way
+    std::size_t target = 0;                                             // of the anatomy's, that it follows: the one with the widest way that does not turn back
 };
 
 struct ImportedVessel {

@@ -18,7 +18,7 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 
 /// s, of the scene: what the way takes at the follower's speed, with patience for forks, within these bounds.
-constexpr double kSpeed = 0.03, kPatience = 1.5, kShortest = 5.0, kLongest = 60.0; // m/s, -, s, s
+constexpr double kPatience = 1.5, kShortest = 5.0, kLongest = 60.0; // -, s, s
 
 std::string quoted(const std::string& text) { return Ordered(text).dump(-1, ' ', false, Ordered::error_handler_t::replace); }
 
@@ -28,7 +28,7 @@ std::string mm(const Vec3& p) { return fmt::format("[{}, {}, {}]", mm(p.x()), mm
 
 double duration_of(const ImportedVessel& vessel) {
     const double way = vessel.targets[vessel.instrument.target].way;
-    return std::ceil(std::clamp(kPatience * way / kSpeed, kShortest, kLongest));
+    return std::ceil(std::clamp(kPatience * way / vessel.instrument.speed, kShortest, kLongest));
 }
 
 Ordered point_json(const Vec3& p) { return {1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z()}; }
@@ -124,14 +124,14 @@ std::string vessel_scene_text(const ImportedVessel& vessel, const ImportSource& 
         "    \"time\": {{\"step\": 0.01, \"duration\": {:g}}},\n    \"budget\": {{\"limit\": \"10ms\"}},\n    \"bodies\": {{\n"
         "        \"vessel\": {{\"kind\": \"static\", \"hollow\": true, \"surface\": {{\"file\": \"{}\", \"unit\": \"mm\"}}}}\n    }},\n"
         "    \"instruments\": {{\n        \"catheter\": {{\n            \"length\": {},\n            \"radius\": {},\n"
-        "            \"young_modulus\": 60,\n            \"tip\": {{\"shape\": \"J\", \"length\": {}, \"angle\": 0.7, \"stiffness\": 0.3}},\n"
+        "            \"young_modulus\": 60,\n            \"tip\": {{\"shape\": \"J\", \"length\": {}, \"angle\": {:.3g}, \"stiffness\": 0.3}},\n"
         "            \"segment\": {},\n            \"skin_triangles\": 6000,\n            \"inserted\": {},\n"
         "            \"entry\": {{\"position\": {}, \"direction\": [{:.6g}, {:.6g}, {:.6g}]}},\n            \"lumen\": \"vessel\",\n"
-        "            \"follow\": {{\"target\": {}, \"speed\": 30, \"tolerance\": {}}}\n        }}\n    }},\n    \"targets\": {{{}\n    }},\n"
+        "            \"follow\": {{\"target\": {}, \"speed\": {:.3g}, \"look_ahead\": {}, \"tolerance\": {}}}\n        }}\n    }},\n    \"targets\": {{{}\n    }},\n"
         "    \"effects\": [\"coarse_contact\", \"exact_contact\", \"friction\"],\n    \"outputs\": {{\"pictures\": 2}}\n}}\n",
-        quoted(source.name), duration_of(vessel), import_name::kSurface, mm(fit.length), mm(fit.radius), mm(fit.tip_length), mm(fit.segment),
-        mm(fit.inserted), mm(vessel.entry), vessel.direction.x(), vessel.direction.y(), vessel.direction.z(),
-        quoted(vessel.targets[fit.target].name), mm(fit.tolerance), targets);
+        quoted(source.name), duration_of(vessel), import_name::kSurface, mm(fit.length), mm(fit.radius), mm(fit.tip_length),
+        fit.tip_angle, mm(fit.segment), mm(fit.inserted), mm(vessel.entry), vessel.direction.x(), vessel.direction.y(), vessel.direction.z(),
+        quoted(vessel.targets[fit.target].name), 1e3 * fit.speed, mm(fit.tip_length), mm(fit.tolerance), targets);
 }
 
 std::string vessel_report_text(const ImportedVessel& vessel, const ImportSource& source) {

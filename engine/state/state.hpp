@@ -36,7 +36,7 @@ struct FollowState {
     double astray_insertion = 0.0; // m, where the tip was last on the route
     double fork = 0.0;             // m along the route: where the attempt failed
     double retract_from = 0.0;     // m of insertion
-    double turned_for = 0.0;       // s in Turn
+    double turned_for = 0.0;       // s in Turn; in Advance s beside the end
     double missing = 0.0;          // m, tip to the end of the route
     unsigned attempts = 0;         // at this fork
 };

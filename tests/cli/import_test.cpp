@@ -1,8 +1,13 @@
 // `import` as a user calls it: a scene that runs as written, or exit 2 with what helps and nothing half-written.
 #include "program.hpp"
 
+#include "base/vec.hpp"
+
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <random>
 
 namespace trocar::cli_test {
 namespace {
@@ -19,6 +24,40 @@ protected:
         return write("tube.nrrd", "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 96\n"
                                   "space directions: (0.75,0,0) (0,0.75,0) (0,0,0.75)\nencoding: raw\nspace origin: (0,0,0)\n" +
                                       header_more + "\n" + voxels);
+    }
+    /// A label map of a vessel that forks, of random directions and widths, and as many times as large: the volume's side cuts its trunk of radius
+    /// 3 mm.
+    fs::path write_fork(unsigned seed, double scale) const {
+        std::mt19937 random(seed);
+        const auto between = [&](double least, double most) { return least + (most - least) * static_cast<double>(random()) / 4294967296.0; };
+        constexpr double kVoxel = 0.75, kRadius = 3.0;
+        const Vec3 begin(0, 0, -5), fork(0, 0, between(18, 26));
+        const double side = between(0, 6.28), gentle = between(0.1, 0.5), sharp = between(0.5, 1.2);
+        const Vec3 aside(std::cos(side), std::sin(side), 0);
+        struct Tube {
+            Vec3 from, to;
+            double radius;
+        };
+        const Tube tubes[] = {{begin, fork, kRadius},
+                              {fork, fork + 26 * (std::cos(gentle) * Vec3::UnitZ() + std::sin(gentle) * aside), kRadius * between(0.7, 0.95)},
+                              {fork, fork + 22 * (std::cos(sharp) * Vec3::UnitZ() - std::sin(sharp) * aside), kRadius * between(0.5, 0.8)}};
+        constexpr int kSide = 76, kLength = 76;
+        std::string voxels;
+        for (int k = 0; k < kLength; ++k)
+            for (int j = 0; j < kSide; ++j)
+                for (int i = 0; i < kSide; ++i) {
+                    const Vec3 p(kVoxel * (i - 0.5 * kSide), kVoxel * (j - 0.5 * kSide), kVoxel * k);
+                    voxels += std::any_of(std::begin(tubes), std::end(tubes), [&](const Tube& tube) {
+                        const Vec3 along = tube.to - tube.from;
+                        const double share = std::clamp((p - tube.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+                        return (p - tube.from - share * along).norm() <= tube.radius;
+                    }) ? '\1' : '\0';
+                }
+        char header[300];
+        std::snprintf(header, sizeof header, "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: %d %d %d\n"
+                      "space directions: (%g,0,0) (0,%g,0) (0,0,%g)\nencoding: raw\nspace origin: (0,0,0)\n\n",
+                      kSide, kSide, kLength, scale * kVoxel, scale * kVoxel, scale * kVoxel);
+        return write("fork.nrrd", header + voxels);
     }
     Ended import(const std::string& kind, const fs::path& file, std::vector<std::string> more = {}) const {
         std::vector<std::string> arguments = {"import", kind, file.string(), "--out", (folder / "made").string(), "--quiet"};
@@ -47,6 +86,18 @@ TEST_F(ImportCommand, MakesASceneOfALabelMapThatRunsWithoutAnExitAndIsPlanned) {
     EXPECT_EQ(summary()["lumen_exits"], 0);
     const Ended planned = call({"plan", made("scene.json").string(), "--to", "outlet_1", "--out", (folder / "plan").string(), "--no-report", "--quiet"});
     EXPECT_EQ(planned.exit_code, 0) << planned;
+}
+
+TEST_F(ImportCommand, AForkedVesselOfAnySizeIsPlannedAsItWasImported) {
+    for (unsigned seed = 1; seed <= 3; ++seed)
+        for (const double scale : {0.5, 1.0, 3.0}) {
+            SCOPED_TRACE("vessel " + std::to_string(seed) + ", times " + std::to_string(scale));
+            ASSERT_TRUE(ended_with(import("segmentation", write_fork(seed, scale), {"--no-explain", "--force"}), 0));
+            std::vector<std::string> arguments{"plan", made("scene.json").string(), "--out", (folder / "plan").string(), "--no-report", "--quiet", "--force"};
+            if (scale == 1.0) arguments.insert(arguments.end(), {"--to", "outlet_2"}); // where the instrument was not fitted to
+            EXPECT_TRUE(ended_with(call(arguments), 0));
+            EXPECT_EQ(Json::parse(text_of(folder / "plan" / "plan.json"))["lumen_exits"], 0);
+        }
 }
 
 TEST_F(ImportCommand, MakesAVesselOfASurfaceAndAnOrganOfTheSameLabelMap) {

@@ -155,6 +155,29 @@ TEST_F(PlanCommand, SaysWhyThereIsNoWay) {
     EXPECT_TRUE(refuses(plan(write("outside.json", with(kBend, "[50, 0, 60]", "[50, 30, 60]")), "end"), "end"));
 }
 
+TEST_F(PlanCommand, ATrialThatFailsNamesThePlaceItsRadiusAndWhatWouldHelp) {
+    const fs::path scene = write("bend.json", kBend);
+    const Ended short_trial = plan(scene, "end", {"--time", "0.3"});
+    ASSERT_TRUE(ended_with(short_trial, 2));
+    for (const char* piece : {"there is a way, but the drive did not come past", "the lumen's radius is", "the way turns by", "0 attempts there", "a longer --time"})
+        EXPECT_NE(short_trial.err.find(piece), std::string::npos) << piece << short_trial;
+    const std::string straight = with(kBend, R"("tip": {"shape": "J", "length": 8, "angle": 0.6})", R"("tip": {"shape": "straight"})");
+    const Ended no_bend = plan(write("straight.json", straight), "end", {"--time", "0.3", "--force"});
+    ASSERT_TRUE(ended_with(no_bend, 2));
+    EXPECT_NE(no_bend.err.find("mm to the side instead of 0 mm"), std::string::npos) << no_bend;
+}
+
+TEST_F(PlanCommand, GoesToTheTargetThatTheInstrumentFollowsOrToTheOnlyOneWhereNoneIsGiven) {
+    const auto unasked = [&](const std::string& text) {
+        return call({"plan", write("bend.json", text).string(), "--out", out().string(), "--time", "0.02", "--force"});
+    };
+    const std::string all = R"("targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},)";
+    ASSERT_TRUE(ended_with(unasked(with(kBend, R"("lumen": "tube",)", R"("lumen": "tube", "follow": {"target": "near"},)")), 2)) << "too short a trial";
+    EXPECT_EQ(plan_json()["target"], "near");
+    ASSERT_TRUE(ended_with(unasked(with(kBend, all, R"("targets": {"end": {"position": [50, 0, 60]}},)")), 2));
+    EXPECT_EQ(plan_json()["target"], "end");
+}
+
 TEST_F(PlanCommand, RefusesABusyFolderUnlessForced) {
     const fs::path scene = write("bend.json", kBend);
     fs::create_directories(out());

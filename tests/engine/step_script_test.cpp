@@ -205,6 +205,50 @@ TEST(Steering, PullsBackToBeforeTheForkAndProbesOtherAnglesThere) {
     EXPECT_LT(started[13], started[0] - 0.004) << "the second round begins further back";
 }
 
+TEST(Steering, WithAShortLookAheadItRetractsInProportionToIt) {
+    const auto retraction_in = [](double size) { // of the tip's way back at the first attempt, as a multiple of the vessel's size
+        Route route = make_bent_route(Vec3::UnitX());
+        for (Vec3& point : route.points) point *= size;
+        for (double& radius : route.radii) radius *= size;
+        for (double& length : route.length) length *= size;
+        const FollowSettings settings{0.025 * size, 0.012 * size, 0.003 * size};
+        const DriveLimits limits{0.035 * size, 3.14};
+        const StrayTip tip;
+        FollowState state;
+        state.progress = state.best_progress = 0.095 * size;
+        DriveCommand now{0.095 * size, 0.0};
+        state.best_insertion = state.astray_insertion = now.insertion;
+        double furthest = now.insertion;
+        for (int step = 0; step < 20'000 && state.mode != FollowMode::Turn; ++step) {
+            const Vec3 bend(std::cos(now.rotation), std::sin(now.rotation), 0.0);
+            now = follow_route(route, settings, limits, {size * tip.at(now.insertion / size), Vec3::UnitZ(), bend}, now, kDt, state);
+            furthest = std::max(furthest, now.insertion);
+        }
+        EXPECT_EQ(state.mode, FollowMode::Turn) << size;
+        return (furthest - now.insertion) / size;
+    };
+    const double usual = retraction_in(1.0);
+    for (const double size : {0.3, 0.5, 0.8}) EXPECT_NEAR(retraction_in(size), usual, 0.15 * usual) << "times the usual vessel: " << size;
+}
+
+TEST(Steering, ATargetThatIsPassedBesideItIsTriedAgainAndOneThatIsPassedIsGoneBackTo) {
+    const Route route = make_bent_route(Vec3::UnitX()); // ends at 60, 0, 100 mm
+    for (const double beside : {0.0, 0.002, 0.0031, 0.005}) {
+        FollowState state;
+        state.progress = state.best_progress = 0.159;
+        state.missing = 1.0;
+        const DriveCommand now{0.2, 1.0};
+        state.best_insertion = state.astray_insertion = now.insertion;
+        const TipView view{{0.0645, beside, 0.1}, Vec3::UnitX(), Vec3::UnitY(), 0.0, true};
+        for (int step = 0; step < 50; ++step) {
+            EXPECT_LT(follow_route(route, kSettings, kLimits, view, now, kDt, state).insertion, 0.2) << beside;
+            EXPECT_EQ(state.attempts, 0u) << "first it is pulled back";
+        }
+        for (int step = 0; step < 60 && state.attempts == 0; ++step) (void)follow_route(route, kSettings, kLimits, view, now, kDt, state);
+        EXPECT_EQ(state.attempts, beside > kSettings.tolerance ? 1u : 0u) << beside;
+    }
+}
+
 TEST(Steering, OnARouteWithoutPointsDoesNothing) {
     FollowState state;
     const DriveCommand now{0.2, 1.0};

@@ -11,6 +11,9 @@ namespace trocar::engine {
 
 namespace {
 
+/// m, look_ahead that the lengths below, up to kForgetFork, are written for: with a shorter one, which a small vessel asks for, they are in
+/// proportion to it. A longer one leaves them as they are: wide vessels do not need more.
+constexpr double kUsualLookAhead = 0.012;
 /// m of insertion without progress along the route before it is pulled back: the slack of a shaft in wide vessels.
 constexpr double kPatience = 0.015;
 /// m of insertion with the tip in another branch before it is pulled back: the fork is behind, waiting brings nothing.
@@ -51,6 +54,8 @@ constexpr std::array<Attempt, 13> kRound{{{0.0, false},
 constexpr double kOffsetKept = 0.5;
 /// A tip is aimed when the sine of its error is below this; a turn that takes longer than kLongestTurn s is over anyway.
 constexpr double kAimed = 0.15, kLongestTurn = 2.5;
+/// s beyond the end of the route and beside it, while it goes back and forth there; then another attempt is made.
+constexpr double kLongestBeside = 1.0;
 /// Share of the tolerance within which nothing is left to improve.
 constexpr double kNear = 0.3;
 /// Tolerances away from the end of the route at which a tip that had arrived is brought back.
@@ -59,6 +64,9 @@ constexpr double kSlipped = 1.2;
 constexpr double kBoldShare = 0.7;
 /// m beyond the route's clearance at which the tip may be in another branch.
 constexpr double kOffRoute = 1e-3;
+/// Clearances beside the route at which a tip that sees it is in its lumen all the same: sections are not round. Farther away it looks back at
+/// the fork from another branch.
+constexpr double kWidestSection = 4.0;
 /// N at the entry: no command pushes against more than this; it waits, and pulls back when that lasts.
 constexpr double kPushLimit = 1.0;
 /// m/s of insertion that count as patience spent while it only waits.
@@ -66,12 +74,16 @@ constexpr double kWaitingSpeed = 0.02;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 
+double square(double x) noexcept { return x * x; }
+
 double clamp_change(double from, double wanted, double limit) noexcept { return from + std::clamp(wanted - from, -limit, limit); }
 
 std::size_t find_point_at(const Route& route, double length) noexcept {
     const auto it = std::lower_bound(route.length.begin(), route.length.end(), length);
     return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
 }
+
+double scale_of(const FollowSettings& settings) noexcept { return std::min(1.0, settings.look_ahead / kUsualLookAhead); }
 
 /// Where the tip is along the route, and whether it is in the route's lumen there.
 struct Progress {
@@ -81,7 +93,8 @@ struct Progress {
 
 Progress find_progress(const Route& route, const TipView& view, double last) noexcept {
     const std::size_t nearest = find_nearest_point(route, view.tip, last);
-    return {route.length[nearest], view.sees_route || is_within_clearance(route, nearest, view.tip)};
+    const bool near = (route.points[nearest] - view.tip).squaredNorm() <= square(kWidestSection * route.radii[nearest]);
+    return {route.length[nearest], (view.sees_route && near) || is_within_clearance(route, nearest, view.tip)};
 }
 
 Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
@@ -132,20 +145,26 @@ void note_progress(const Progress& progress, const DriveCommand& now, FollowStat
     state.best_insertion = now.insertion;
 }
 
-/// The last point of the route is the nearest one, and the tip is past it.
-bool is_beyond_the_end(const Route& route, const Vec3& tip, double progress) noexcept {
-    if (route.points.size() < 2 || progress < route.length.back()) return false;
+/// Past the last point of the route, which is the nearest one; and beside it by more than the tolerance.
+struct Beyond {
+    bool end = false, beside = false;
+};
+
+Beyond find_beyond(const Route& route, const FollowSettings& settings, const Vec3& tip, double progress) noexcept {
+    if (route.points.size() < 2 || progress < route.length.back()) return {};
     const Vec3& end = route.points.back();
-    return (tip - end).dot(end - route.points[route.points.size() - 2]) > 0.0;
+    const Vec3 direction = unit_or(end - route.points[route.points.size() - 2], Vec3::Zero());
+    if (!((tip - end).dot(direction) > 0.0)) return {};
+    return {true, part_across(tip - end, direction).squaredNorm() > settings.tolerance * settings.tolerance};
 }
 
-bool has_failed(const DriveCommand& now, const FollowState& state) noexcept {
-    return now.insertion - state.best_insertion > kPatience || now.insertion - state.astray_insertion > kAstrayPatience;
+bool has_failed(const DriveCommand& now, double scale, const FollowState& state) noexcept {
+    return now.insertion - state.best_insertion > scale * kPatience || now.insertion - state.astray_insertion > scale * kAstrayPatience;
 }
 
 /// Another attempt at the same fork, or the first at a new one.
-void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
-    if (state.attempts == 0 || state.best_progress > state.fork + kForgetFork) {
+void begin_retraction(const DriveCommand& now, double scale, FollowState& state) noexcept {
+    if (state.attempts == 0 || state.best_progress > state.fork + scale * kForgetFork) {
         state.fork = state.best_progress;
         state.attempts = 0;
     }
@@ -154,9 +173,9 @@ void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
     state.retract_from = now.insertion;
 }
 
-bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
-    const double before = state.fork - (attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) -
-                          kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size());
+bool stands_before_fork(const Progress& progress, const DriveCommand& now, double scale, const FollowState& state) noexcept {
+    const double before = state.fork - scale * (attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) -
+                          scale * kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size());
     return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
            now.insertion <= 0.0;
 }
@@ -165,6 +184,7 @@ void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) no
     state.mode = mode;
     state.best_progress = std::min(state.best_progress, state.progress);
     state.best_insertion = state.astray_insertion = now.insertion;
+    state.turned_for = 0.0;
 }
 
 } // namespace
@@ -209,7 +229,11 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     const bool pushes = state.mode == FollowMode::Advance || state.mode == FollowMode::Probe;
     const bool resisted = view.resistance > kPushLimit;
     if (pushes && resisted) state.best_insertion -= kWaitingSpeed * dt;
-    if (pushes && has_failed(now, state)) begin_retraction(now, state);
+    const Beyond beyond = find_beyond(route, settings, view.tip, state.progress);
+    if (state.mode == FollowMode::Advance && beyond.beside) state.turned_for += dt;
+    const bool missed = beyond.beside && (state.mode == FollowMode::Probe || state.turned_for > kLongestBeside);
+    const double scale = scale_of(settings);
+    if (pushes && (missed || has_failed(now, scale, state))) begin_retraction(now, scale, state);
 
     DriveCommand wanted = now;
     const auto turn_to = [&](const Aim& aim) { wanted.rotation += aim.turn * limits.rotation * dt; };
@@ -219,7 +243,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         turn_to(aim);
         // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
         const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
-        if (is_beyond_the_end(route, view.tip, state.progress))
+        if (beyond.end)
             wanted.insertion -= settings.speed * dt * share;
         else if (!resisted)
             wanted.insertion += settings.speed * dt * share;
@@ -227,7 +251,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     }
     case FollowMode::Retract:
         wanted.insertion -= settings.speed * dt;
-        if (stands_before_fork(progress, now, state)) {
+        if (stands_before_fork(progress, now, scale, state)) {
             state.mode = FollowMode::Turn;
             state.turned_for = 0.0;
         }
@@ -241,8 +265,8 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     }
     case FollowMode::Probe:
         if (attempt_now(state).keeps_aim) turn_to(aim_tip(route, settings, view, state, attempt_now(state).offset));
-        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? limits.speed : settings.speed) * dt;
-        if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
+        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? std::max(settings.speed, scale * limits.speed) : settings.speed) * dt;
+        if (progress.on_route && state.progress > state.fork + scale * kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
     case FollowMode::Arrived:
         break;
