@@ -277,6 +277,7 @@ int sweep(SweepRequest& request) {
         fmt::print("{} runs in {} chunks, 0 to {}   plan {}\n", plan->run_count(), plan->chunk_count(), plan->chunk_count() - 1, (request.out / sweep_name::kPlan).string());
         return kExitFine;
     }
+    if (!is_new) ResultStore(request.out, *plan).drop_packed_parts();
     if (request.retry_failed)
         if (const auto dropped = ResultStore(request.out, *plan).drop_failed(); !dropped) return report_error(dropped.error());
     if (request.slurm) return one.submit_array();

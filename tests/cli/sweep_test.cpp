@@ -378,7 +378,7 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "options": ["--budget", "1ms"], "vary": {"/budget": ["exact"]}})", "expected one of them"},
         {R"({"scene": "scenes/tube.json", "options": ["-n", "2"], "vary": {"--steps": [3]}})", "options"},
         {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
-        {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"},
+        {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"}, // its instrument follows no target
         {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": "steps"}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_w", "take": "max"}}})", "nearest known column"},

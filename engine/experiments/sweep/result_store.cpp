@@ -129,6 +129,17 @@ Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results)
     return {};
 }
 
+void ResultStore::drop_packed_parts() const {
+    const Parts begun = find_begun();
+    for (const auto& [chunk, parts] : begun) {
+        if (parts.empty() || chunk >= plan_.chunk_count() || !read(chunk, begun).is_packed) continue;
+        for (const fs::path& part : parts) {
+            std::error_code gone;
+            if (!is_locked(part)) fs::remove(part, gone);
+        }
+    }
+}
+
 Result<std::size_t> ResultStore::drop_failed() const {
     std::size_t dropped = 0;
     const Parts begun = find_begun();
