@@ -2,8 +2,6 @@
 
 #include "engine/cli/commands.hpp"
 #include "engine/episodes/make_policy.hpp"
-#include "engine/experiments/plan_scene.hpp"
-#include "engine/scene/override.hpp"
 
 #include <fmt/format.h>
 
@@ -66,21 +64,6 @@ Result<void> check_varied(const SweepSpec& spec, const SweepPlan& plan) {
     return {};
 }
 
-/// Without a target `plan` would fail in each run.
-Result<void> check_targets(const SweepSpec& spec) {
-    const bool is_given = std::find_if(spec.options.begin(), spec.options.end(), [](const std::string& word) { return word == "--to" || word.starts_with("--to="); }) != spec.options.end();
-    const bool is_varied = std::any_of(spec.axes.begin(), spec.axes.end(), [](const SweepAxis& axis) {
-        return std::find(axis.pointers.begin(), axis.pointers.end(), "--to") != axis.pointers.end();
-    });
-    if (spec.command != SweepCommand::Plan || is_given || is_varied) return {};
-    for (const std::string& name : spec.scenes) {
-        const auto scene = read_scene(spec.folder() / name);
-        if (scene.ok() && !usual_target(*scene))
-            return at_options(spec, fmt::format("found no --to, and the first instrument of {} follows no target; expected \"--to\" and one of its targets", name));
-    }
-    return {};
-}
-
 /// A bad policy would fail in each of its episodes. Empty: it can be loaded.
 std::string refuse_policy(const SweepSpec& spec, const std::string& policy) {
     const auto fits = check_policy(policy, spec.folder(), PolicyCheck::Import);
@@ -112,7 +95,6 @@ Result<void> check_policies(const SweepSpec& spec) {
 Result<void> check_sweep_options(const SweepSpec& spec, const SweepPlan& plan) {
     if (const auto fits = check_words(spec); !fits) return fits;
     if (const auto fits = check_varied(spec, plan); !fits) return fits;
-    if (const auto fits = check_targets(spec); !fits) return fits;
     return spec.command == SweepCommand::Episode ? check_policies(spec) : Result<void>();
 }
 

@@ -1,5 +1,7 @@
 #include "engine/importing/fit_instrument.hpp"
 
+#include "engine/prepare/way_shape.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,16 +15,13 @@ namespace {
 constexpr double kRadiusShare = 0.35, kThinnest = 1e-4, kThickest = 6e-4;
 /// Radii of the widest fork on the way that the tip at rest reaches to the side: across the lumen, and into a branch beyond it.
 constexpr double kReach = 3.0;
-/// The tip's bend: of the sharpest fork's turn, because walls straighten it; within these bounds, rad. Radii of the fork over which its turn is
-/// measured.
-constexpr double kBendShare = 1.5, kLeastBend = 0.7, kMostBend = 1.8, kForkSpan = 3.0;
+/// The tip's bend: of the sharpest fork's turn, because walls straighten it; within these bounds, rad.
+constexpr double kBendShare = 1.5, kLeastBend = 0.7, kMostBend = 1.8;
 /// Tip's length: of the narrowest radius where the way has no fork; within these bounds, m.
 constexpr double kPlainTip = 5.0, kShortestTip = 2e-3, kLongestTip = 6e-2;
 /// Of the target's radius, nearly its inscribed sphere: a tip that is so near has arrived. A shaped tip lies on the wall, and one that lies there
 /// is as much in the vessel as one in its middle.
 constexpr double kArrivedShare = 0.97;
-/// rad; a way that turns more at a fork turns back: it is followed only where all ways do.
-constexpr double kTurnsBack = 2.1;
 /// Radii of the narrowest place on the way that it is driven a second, and the fastest, m/s: in a small vessel a turn of the handle takes as long
 /// as in a wide one.
 constexpr double kRadiiASecond = 12.0, kFastest = 0.03;
@@ -95,24 +94,6 @@ struct ForkNeeds {
     double turn = 0.0;   // rad, of the way at the fork that turns it most
 };
 
-/// Point that lies `span` m from point `from`, ahead or behind.
-std::size_t point_away(const CentrelineWay& way, std::size_t from, double span, bool ahead) {
-    std::size_t to = from;
-    for (double along = 0.0; along < span && (ahead ? to + 1 < way.points.size() : to > 0);) {
-        const std::size_t next = ahead ? to + 1 : to - 1;
-        along += (way.points[next] - way.points[to]).norm();
-        to = next;
-    }
-    return to;
-}
-
-double turn_at(const CentrelineWay& way, std::size_t fork) {
-    const double span = kForkSpan * way.radii[fork];
-    const Vec3 in = way.points[fork] - way.points[point_away(way, fork, span, false)];
-    const Vec3 out = way.points[point_away(way, fork, span, true)] - way.points[fork];
-    return in.norm() > 0.0 && out.norm() > 0.0 ? std::atan2(in.cross(out).norm(), in.dot(out)) : 0.0;
-}
-
 ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, const CentrelineWay& way, std::size_t begin) {
     ForkNeeds needs;
     std::size_t behind = 0; // points from the fork to the way's end
@@ -121,19 +102,18 @@ ForkNeeds find_needs(std::span<const CentrelineBranch> branches, Index branch, c
         const std::size_t fork = way.points.size() - 1 - behind;
         if (fork <= begin) break;
         needs.radius = std::max(needs.radius, way.radii[fork]);
-        needs.turn = std::max(needs.turn, turn_at(way, fork));
+        needs.turn = std::max(needs.turn, measure_place(way.points, way.radii, fork).turn);
     }
     return needs;
 }
 
-/// An arc of the bend a over the length l reaches l (1 - cos a) / a to the side.
 void shape_tip(FittingInstrument& fit, const ForkNeeds& needs, double narrowest) {
     fit.tip_angle = std::clamp(kBendShare * needs.turn, kLeastBend, kMostBend);
-    const double reaching = kReach * needs.radius * fit.tip_angle / (1.0 - std::cos(fit.tip_angle));
+    const double reaching = kReach * needs.radius / tip_reach(1.0, fit.tip_angle);
     fit.tip_length = std::clamp(std::max(kPlainTip * narrowest, reaching), kShortestTip, kLongestTip);
 }
 
-/// The widest way that does not turn back; of equally wide ones the longest, so that there is something to see.
+/// The widest way that does not turn back, if there is one; of equally wide ones the longest, so that there is something to see.
 std::size_t choose_target(const std::vector<VesselTarget>& targets, const std::vector<ForkNeeds>& needs) {
     std::size_t best = 0;
     for (std::size_t t = 1; t < targets.size(); ++t) {

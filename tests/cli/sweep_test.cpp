@@ -95,6 +95,31 @@ TEST_F(SweepCommand, KilledWorkersAndSubmittersLoseNothing) {
     EXPECT_FALSE(fs::exists(folder / "cut" / "scratch"));
 }
 
+TEST_F(SweepCommand, WhatAKilledWorkerLeftOfAWholeChunkIsRemovedOnResume) {
+    write_sweep();
+    (void)table_of("a");
+    const fs::path left = folder / "a" / "results" / "chunk-0000000.elsewhere-1-0.part";
+    write("a/results/chunk-0000000.elsewhere-1-0.part", "half a li");
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--status"}), 0));
+    EXPECT_TRUE(fs::exists(left)) << "who only asks removes nothing";
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--resume"}), 0));
+    EXPECT_FALSE(fs::exists(left));
+}
+
+/// A wire that stands before two targets, and follows neither.
+std::string two_targets() {
+    return with(with(kTube, R"("path": [[0, 20, 0], [0.2, 26, 0.4]])", R"("inserted": 20)"), R"("effects":)",
+                R"("targets": {"near": {"position": [0, 0, 40]}, "far": {"position": [0, 0, 60]}}, "effects":)");
+}
+
+TEST_F(SweepCommand, PlansGoWhereTheirOwnSceneSendsThem) {
+    write("scenes/targets.json", two_targets());
+    for (const char* vary : {R"({"--to": ["near", "far"]})", R"({"/instruments/wire/follow": [{"target": "near"}, {"target": "far"}]})"}) {
+        write_sweep(R"({"scene": "scenes/targets.json", "command": "plan", "vary": )" + std::string(vary) + "}");
+        EXPECT_TRUE(ended_with(sweep_into("a", {"--dry-run"}), 0)) << vary;
+    }
+}
+
 TEST_F(SweepCommand, ResumeRunsExactlyWhatIsMissing) {
     write_sweep();
     const std::string table = table_of("a");
@@ -378,7 +403,11 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "options": ["--budget", "1ms"], "vary": {"/budget": ["exact"]}})", "expected one of them"},
         {R"({"scene": "scenes/tube.json", "options": ["-n", "2"], "vary": {"--steps": [3]}})", "options"},
         {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
-        {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"}, // its instrument follows no target
+        {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"}, // it has no target
+        {R"({"scene": "scenes/targets.json", "command": "plan"})", "expected one of them: near, far"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to", "fra"]})", "no target 'fra'; known: near, far"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to=fra"]})", "no target 'fra'"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "vary": {"--to": ["near", "fra"]}})", "no target 'fra'"},
         {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": "steps"}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_w", "take": "max"}}})", "nearest known column"},
@@ -402,6 +431,7 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "collect": {"a": "/steps", "a": "/steps"}})", "already given"},
         {R"({"scene": "scenes/tube.json", "collect": {"--steps": "/steps"}, "vary": {"--steps": [3]}})", "another name"},
     };
+    write("scenes/targets.json", two_targets());
     for (const Broken& one : broken) {
         write_sweep(one.text);
         EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;

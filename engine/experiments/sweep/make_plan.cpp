@@ -1,4 +1,5 @@
 // From a sweep to its plan: every scene is read, every pointer is followed, before anything runs.
+#include "engine/experiments/plan_scene.hpp"
 #include "engine/experiments/sweep/sweep_plan.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/cache.hpp"
@@ -59,14 +60,32 @@ private:
             if (!override) return override.error();
             overrides.push_back(std::move(*override));
         }
-        const auto scene = parse_scene(*text_, plan_.scenes[scene_].file, overrides);
+        auto scene = parse_scene(*text_, plan_.scenes[scene_].file, overrides);
         if (!scene) return blame(scene.error(), run);
+        if (plan_.command == SweepCommand::Plan)
+            if (const auto aimed = aim_to_plan(*scene, target_of(run, *scene)); !aimed) return blame(at_options(aimed.error()), run);
         for (const SceneBody& body : scene->bodies)
             for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
                 if (!file.empty()) files_.insert(file.string());
         for (const SceneInstrument& instrument : scene->instruments)
             if (!instrument.path_file.empty()) files_.insert(instrument.path_file.string());
         return std::nullopt;
+    }
+
+    /// What `plan` drives to in this run; empty: the scene does not say it either.
+    std::string target_of(const PlannedRun& run, const Scene& scene) const {
+        constexpr std::string_view kTo = "--to";
+        const std::vector<std::string> words = plan_.command_line(run, "out");
+        for (std::size_t i = 0; i < words.size(); ++i) {
+            if (words[i] == kTo && i + 1 < words.size()) return words[i + 1];
+            if (words[i].starts_with("--to=")) return words[i].substr(kTo.size() + 1);
+        }
+        return usual_target(scene).value_or("");
+    }
+
+    Error at_options(Error error) const {
+        const TextPosition at = spec_.options.empty() ? spec_.scene_at[scene_] : spec_.options_at;
+        return {error.code, std::move(error.message), spec_.file.string(), at.line, at.column, std::move(error.key)};
     }
 
     /// The place in the sweep of the value that the scene refuses.

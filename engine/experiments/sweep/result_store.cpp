@@ -54,6 +54,14 @@ void take_lines(std::string_view text, const SweepPlan& plan, std::uint64_t firs
     }
 }
 
+/// Parts that no worker writes to.
+void remove_left(const std::vector<fs::path>& parts) {
+    for (const fs::path& part : parts) {
+        std::error_code gone;
+        if (!is_locked(part)) fs::remove(part, gone);
+    }
+}
+
 } // namespace
 
 std::string result_line(const RunResult& result) {
@@ -122,22 +130,14 @@ Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results)
     // a chunk that compresses better than a reader believes stays as text
     const bool plain = text.size() > max_unfolded_bytes(packed->size());
     if (auto written = write_file_atomically(packed_file(chunk), plain ? text : *packed); !written) return written;
-    for (const fs::path& part : results.parts) {
-        std::error_code gone;
-        if (!is_locked(part)) fs::remove(part, gone);
-    }
+    remove_left(results.parts);
     return {};
 }
 
 void ResultStore::drop_packed_parts() const {
     const Parts begun = find_begun();
-    for (const auto& [chunk, parts] : begun) {
-        if (parts.empty() || chunk >= plan_.chunk_count() || !read(chunk, begun).is_packed) continue;
-        for (const fs::path& part : parts) {
-            std::error_code gone;
-            if (!is_locked(part)) fs::remove(part, gone);
-        }
-    }
+    for (const auto& [chunk, parts] : begun)
+        if (!parts.empty() && chunk < plan_.chunk_count() && read(chunk, begun).is_packed) remove_left(parts);
 }
 
 Result<std::size_t> ResultStore::drop_failed() const {

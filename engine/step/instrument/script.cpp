@@ -35,7 +35,7 @@ struct Attempt {
 };
 /// A round: the angles at which the handle is held are all round. The aim is kept close to the first one, where a branch off a wide vessel
 /// takes the tip within some 0.2 rad only, and only when it is pushed fast.
-constexpr std::array<Attempt, 13> kRound{{{0.0, false},
+constexpr std::array<Attempt, kAttemptsInARound> kRound{{{0.0, false},
                                           {0.0, true},
                                           {0.2, true},
                                           {-0.2, true},
@@ -77,11 +77,6 @@ constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 double square(double x) noexcept { return x * x; }
 
 double clamp_change(double from, double wanted, double limit) noexcept { return from + std::clamp(wanted - from, -limit, limit); }
-
-std::size_t find_point_at(const Route& route, double length) noexcept {
-    const auto it = std::lower_bound(route.length.begin(), route.length.end(), length);
-    return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
-}
 
 double scale_of(const FollowSettings& settings) noexcept { return std::min(1.0, settings.look_ahead / kUsualLookAhead); }
 
@@ -188,6 +183,11 @@ void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) no
 }
 
 } // namespace
+
+std::size_t find_point_at(const Route& route, double length) noexcept {
+    const auto it = std::lower_bound(route.length.begin(), route.length.end(), length);
+    return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
+}
 
 std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept {
     double best_sq = std::numeric_limits<double>::infinity();

@@ -5,6 +5,9 @@
 
 namespace trocar::engine {
 
+/// At one place, before the next round begins further back.
+inline constexpr unsigned kAttemptsInARound = 13;
+
 /// The command nearest to `wanted` that the limits allow within `dt` seconds from `from`.
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
                                          double dt) noexcept;
@@ -17,6 +20,9 @@ struct TipView {
     double resistance = 0.0;      // N, compression of the rod at the entry: the resistance at the handle
     bool sees_route = false;      // no wall lies between the tip and the route's point nearest to it
 };
+
+/// Index of the route's first point at this length along it, m, or beyond; the last one where none is. The route must have points.
+[[nodiscard]] std::size_t find_point_at(const Route& route, double length) noexcept;
 
 /// Index of the route's point nearest to the tip, searched a little behind and ahead of `last`, m along the route. The route must have
 /// points.
