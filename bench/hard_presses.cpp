@@ -29,13 +29,6 @@ std::string press_scene(const Press& p) {
                        p.step, p.stiffness, -0.5 * p.thickness, p.thickness, 65.0 + 0.5 * p.thickness, p.thickness, p.seconds, -way, -way);
 }
 
-/// J; of the ball, and of the springs that hold it: flesh pressed flat has less than they.
-double all_energy_of(Simulator& simulator) {
-    const std::vector<Vec3>& position = simulator.state().bodies[0].tissue.position;
-    std::vector<Vec3> rest(position.size(), Vec3::Zero()), force = rest;
-    return energy_of(simulator) + fem::add_spring_forces(simulator.raw_state().bodies[0].springs, 0.0, position, rest, force).energy;
-}
-
 constexpr double kRest = 1.0; // s, that the press stays where it came to
 
 /// [-]; energy over what there was when the press came to rest: at any time, and a second later.
@@ -53,7 +46,7 @@ void press(HardReport& report, const Press& p, const Bounds& bounds) {
         fmt::format("ball of 60 mm pressed to {:g} in {:g} s by {:g} N/mm, step {:g} ms", p.left, p.seconds, p.stiffness, 1e3 * p.step);
     std::uint32_t inverted = 0;
     if (!run_hard(report, simulator, steps, [&](const StepReport& step) {
-            const double energy = all_energy_of(simulator);
+            const double energy = energy_of(simulator);
             if (step.time_s <= p.seconds + p.step) at_stop = energy; // its springs go on until the end of the step
             most = std::max(most, energy);
             inverted = std::max(inverted, step.inverted_tets);
@@ -61,7 +54,7 @@ void press(HardReport& report, const Press& p, const Bounds& bounds) {
         return;
     report.above(what + ": energy when it stops", at_stop, 0.1, "J");
     report.below(what + ": most over that", most / at_stop, bounds.most);
-    report.below(what + ": at the end over that, a second later", all_energy_of(simulator) / at_stop, bounds.at_end);
+    report.below(what + ": at the end over that, a second later", energy_of(simulator) / at_stop, bounds.at_end);
     if (inverted > 0) report.note(fmt::format("{}: up to {} tets inverted", what, inverted));
 }
 

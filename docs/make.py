@@ -204,7 +204,7 @@ PHASES = {
     "integrate_tissue": "integrate tissue in sub-steps, with solid contact inside them",
     "share_start": "hand the start surfaces to contact",
     "update_embedded_surfaces": "move surfaces that are embedded in tissue or moved by the scene",
-    "predict_instruments": "free motion of the instruments",
+    "predict_instruments": "the instruments look ahead; what presses then pushes the tissue",
     "update_sphere_trees": "spheres follow their surfaces",
     "traverse_sphere_trees": "coarse contact: pairs of spheres, interruptible",
     "detect_exact_contacts": "exact contact: continuous tests of skin against wall",

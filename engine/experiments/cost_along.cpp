@@ -10,7 +10,7 @@ namespace {
 
 /// Resultant contact force on every deformable body and on every instrument, N: of springs as the answer leaves them, of places where
 /// solids touch as the next step has them.
-void find_forces(LookAhead& ahead, Simulator& simulator, std::vector<Vec3>& forces, std::vector<Vec3>& nodal, std::vector<Vec3>& rest) {
+void find_forces(LookAhead& ahead, Simulator& simulator, std::vector<Vec3>& forces) {
     const SceneModel& model = simulator.model();
     forces.clear();
     std::vector<Vec3> on(model.bodies.size(), Vec3::Zero());
@@ -19,16 +19,12 @@ void find_forces(LookAhead& ahead, Simulator& simulator, std::vector<Vec3>& forc
             on[owner_of(model, place.touch.a.index())] += place.touch.force;
             on[owner_of(model, place.touch.b.index())] -= place.touch.force;
         }
-    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!model.bodies[i].tissue) continue;
-        const std::vector<Vec3>& position = simulator.raw_state().bodies[i].tissue.position;
-        nodal.assign(position.size(), Vec3::Zero());
-        rest.assign(position.size(), Vec3::Zero());
-        fem::add_spring_forces(simulator.raw_state().bodies[i].springs, 0.0, position, rest, nodal);
-        Vec3 sum = on[i];
-        for (const Vec3& f : nodal) sum += f;
-        forces.push_back(sum);
-    }
+    for (std::size_t k = 0; k < model.instruments.size(); ++k)
+        if (const auto host = model.bodies[model.instruments[k].lumen].host_body)
+            for (const fem::RodPlane& plane : simulator.raw_state().instruments[k].planes)
+                if (plane.force > 0.0) on[*host] -= plane.force * plane.normal + plane.drag;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (model.bodies[i].tissue) forces.push_back(on[i]);
     for (const InstrumentState& instrument : simulator.raw_state().instruments) {
         Vec3 sum = Vec3::Zero();
         for (const fem::RodPlane& plane : instrument.planes) sum += std::max(plane.force, 0.0) * plane.normal;
@@ -109,7 +105,7 @@ bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)
     const PatchContacts near = finder_.find_near(exact_.state());
     const PatchContacts reference = finder_.find_answer(exact_);
     count_uncovered(near, reference);
-    find_forces(ahead_, exact_, exact_forces_, nodal_, rest_);
+    find_forces(ahead_, exact_, exact_forces_);
     for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
     ++steps_;
     const PatchContacts truth = solids_of(near, reference);
@@ -158,7 +154,7 @@ void AlongExactStates::compare(Along& along, const PatchContacts& reference, Cos
     row.contacts += compare_patches(reference, answer);
     for (const PatchContacts* list : {&reference, &answer})
         for (const PatchContact& contact : *list) named_.push_back(contact.patch);
-    find_forces(ahead_, *along.simulator, forces_, nodal_, rest_);
+    find_forces(ahead_, *along.simulator, forces_);
     for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
     along.open += static_cast<double>(report.pairs_open);
     along.leaves += static_cast<double>(report.leaf_contacts);

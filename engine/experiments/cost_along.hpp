@@ -60,7 +60,7 @@ private:
     State start_, leafless_; // of the step; the second without what names leaves of the exact run's trees
     LookAhead ahead_;
     std::vector<Along> along_;
-    std::vector<Vec3> exact_forces_, forces_, nodal_, rest_;
+    std::vector<Vec3> exact_forces_, forces_;
     double exact_force_sq_ = 0.0, near_excess_sq_ = 0.0;
     std::vector<PatchId> named_; // of a step, by any answer
     std::uint64_t steps_ = 0, near_covered_ = 0, depth_patches_ = 0;

@@ -64,6 +64,7 @@ struct BodyModel {
     std::vector<MotionRow> path;            // kinematic bodies
     std::vector<HeldNodes> held;            // deformable bodies: those of their held nodes that move
     std::vector<BodyLoad> loads;            // deformable bodies, with the effect loads
+    std::vector<double> node_give;          // [node_count] m/N, of tissue: by how much a force over a step moves a node; 0 where it is held
     Vec3 velocity = Vec3::Zero();           // m/s, of tissue at the start
     Vec3 spin = Vec3::Zero();               // rad/s, of tissue at the start
     collision::SurfaceTopology topology;

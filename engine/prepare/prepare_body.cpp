@@ -208,6 +208,14 @@ Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const T
                     1e9 * body.coarse.max_volume, count, 1e9 * volume, allowance.tets, 1e9 * volume / static_cast<double>(allowance.tets)));
 }
 
+/// What a node gives way by within a step, its neighbours as they are: by inertia where the step is short, by the tissue's stiffness where it is long.
+std::vector<double> find_node_give(const fem::TissueModel& tissue, double step) {
+    std::vector<double> give = fem::find_node_stiffness(tissue);
+    for (std::size_t n = 0; n < give.size(); ++n)
+        give[n] = tissue.inv_mass[n] > 0.0 ? 1.0 / (give[n] + 2.0 * tissue.node_mass[n] / (step * step)) : 0.0;
+    return give;
+}
+
 Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const SceneAllowance& allowance, BodyModel& model, TetMesh& coarse,
                             BodySummary& summary, std::vector<std::string>& notices) {
     const std::string key = "bodies." + body.name;
@@ -253,6 +261,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Sce
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
     if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
     note_sliver(*mesh, stable, summary.notes);
+    model.node_give = find_node_give(*tissue, scene.time.step);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);
     coarse = std::move(*mesh);

@@ -20,7 +20,7 @@ struct ContactKeys {
             key(s.rod_stiffness,
                 number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Behind a wall as the instrument feels it, where walls contradict each other.")),
             key(s.wall_stiffness,
-                number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of an instrument as the tissue feels it within a step, at most: bounds the tissue's sub-steps.")),
+                number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of tissue behind an instrument's wall, at most, as both are solved one after the other: decides how fast they agree, not on what.")),
             key(s.solid_stiffness,
                 number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Without effect: impulses push, and no springs. Old scenes may name it.")),
             key(s.assumed_depth, number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),

@@ -16,8 +16,7 @@ struct TipKeys {
             key(s.tip,
                 choice_field<Shape>(
                     "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
-                    "At rest. A straight tip is as soft as a J: 0.3 of the modulus over its last 15 mm, and all of it again 15 mm behind; "
-                    "the instrument's key stiffness says otherwise, as with [[0, 1]].")),
+                    "At rest. A straight tip is as stiff as the shaft, unless the instrument's key stiffness says otherwise.")),
             key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 1.0, false, 2e-3, 0.3, "shaped tips are 2 to 150 mm long, coils up to 300"},
                                            "Of the shaped part; a pigtail's is 40 mm when absent.")
                                   .when({"J", "simmons", "pigtail"})),

@@ -145,6 +145,7 @@ std::optional<Error> complete_design(const CheckContext& context, const Values& 
     if (design.tip != fem::TipShape::Pigtail && design.tip_angle > kLargestTipAngle)
         return fail_at(context, tip, "angle",
                        fmt::format("found {:g} rad; expected at most {:g} rad, or the shape \"pigtail\"; was it meant in deg?", design.tip_angle, kLargestTipAngle));
+    if (design.tip == fem::TipShape::Straight) design.tip_stiffness = 1.0; // nothing is shaped
     if (design.tip == fem::TipShape::Pigtail) {
         if (!tip.has("length")) design.tip_length = kPigtailLength;
         if (!tip.has("angle")) design.tip_angle = kPigtailAngle;

@@ -77,7 +77,7 @@ struct ContactSpec {
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
     double rod_stiffness = 1.0e6;   // N/m, behind the planes of the rod's solve, where those contradict each other: 1 N presses 1 um
-    double wall_stiffness = 2.0e4;  // N/m, at most, of a rod's press as the tissue's integration feels it: stiffer ones shorten its sub-steps
+    double wall_stiffness = 2.0e4;  // N/m, of tissue at most, as rod and tissue answer each other: engine/step/instrument/wall_exchange.hpp
     double solid_stiffness = 200.0; // N/m; without effect
     double solid_damping = 0.0;     // N s/m; without effect
     double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction

@@ -7,7 +7,6 @@
 #include "engine/state/views.hpp"
 #include "fem/embedding/links.hpp"
 #include "fem/rod/rod.hpp"
-#include "fem/tissue/springs.hpp"
 #include "fem/tissue/stable_step.hpp"
 #include "spheretree/lumen/lumen_state.hpp"
 #include "spheretree/update/chain_tree.hpp"
@@ -48,6 +47,7 @@ inline constexpr std::uint64_t kNoStep = UINT64_MAX - 1;
 struct WallPress {
     Index triangle = kNoIndex; // of the lumen's surface; kNoIndex: nowhere
     std::array<double, 3> bary{1.0, 0.0, 0.0};
+    double give = 0.0; // m/N, of the wall within a step; 0: nothing moves it
 };
 
 /// Leaves of two closed bodies beneath which surfaces are tested.
@@ -89,7 +89,6 @@ struct BodyState {
     fem::LinkFrames frames;              // of the links that carry the surface
     fem::LinkFrames flow_frames;         // of the centreline on which the blood flows, where tissue carries it
     fem::StableStepWorkspace stable;     // warm start of the stable step: modes and rates (StableStepMemory)
-    fem::ContactSprings springs;         // made by the last step's response: what this step's integration feels
     spheretree::LumenState lumen;        // hollow bodies: inscribed spheres as the last step left them
     std::uint64_t lumen_step = kNoStep;  // State::step at its last update; kNoStep: it saw another wall than the step left
 };
@@ -103,7 +102,7 @@ struct InstrumentState {
     Route route;                      // where it is now; the model's radii and lengths
     fem::LinkFrames route_frames;
     spheretree::ChainState chain;          // its hints: the lumen's spheres that held the links in the last step
-    std::vector<fem::RodPlane> planes;     // of the last solve, with the forces that push the wall in the next step
+    std::vector<fem::RodPlane> planes;     // of the last solve: what the next one looks ahead with
     std::vector<WallPress> presses;        // [planes]
     std::vector<fem::RodPlane> self_planes; // that places of its own rod carry, of the last solve
     std::uint64_t exact_candidates = 0;    // of the last exact stage: the forecast of the next

@@ -23,24 +23,13 @@ bool are_finite(const std::vector<Vec3>& points) {
 bool is_none_or(std::size_t count, std::size_t wanted) { return count == 0 || count == wanted; }
 bool is_id(Index id, std::size_t count) { return id == kNoIndex || id < count; }
 
-bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
-    for (Index index = 0; index < springs.springs.size(); ++index) {
-        const fem::ContactSpring& s = springs.springs[index];
-        if (std::size_t{s.first_entry} + s.entry_count > springs.entries.size()) return false;
-        if (!std::isfinite(s.offset) || !std::isfinite(s.rate) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
-        if (!std::isfinite(s.damping) || !(s.damping >= 0.0) || !(s.limit >= 0.0)) return false;
-    }
-    return std::all_of(springs.entries.begin(), springs.entries.end(),
-                       [&](const fem::SpringEntry& e) { return e.node < nodes && is_finite(e.g); });
-}
-
 bool keeps_relaxation(const BodyModel& model, const fem::TissueState& tissue) {
     const std::size_t wanted = model.tissue ? fem::relaxation_size(*model.tissue) : 0;
     return is_none_or(tissue.relaxed.size(), wanted) && // none before the first step
            std::all_of(tissue.relaxed.begin(), tissue.relaxed.end(), [](double strain) { return std::isfinite(strain); });
 }
 
-bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body) {
+bool body_fits(const BodyModel& model, const BodyState& body) {
     const fem::StableStepWorkspace& stable = body.stable;
     const std::size_t tissue_nodes = model.tissue ? model.tissue->node_count() : 0;
     const std::size_t batches = model.tissue ? model.tissue->plan.batches.size() : 0, tets = model.tissue ? model.tissue->tet_count() : 0;
@@ -51,13 +40,12 @@ bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body)
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
            is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
-           springs_fit(body.springs, nodes) &&
            is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_nodes.size() : 0);
 }
 
 bool plane_is_finite(const fem::RodPlane& p) {
     return is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && is_finite(p.start_drag) && std::isfinite(p.offset) &&
-           std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.hold) && std::isfinite(p.start_force) && std::isfinite(p.give) &&
+           std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.start_force) && std::isfinite(p.give) && is_finite(p.felt) &&
            std::isfinite(p.other_weight) && std::isfinite(p.friction_share);
 }
 
@@ -74,7 +62,7 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
     const auto plane_fits = [&](const fem::RodPlane& p) { return plane_is_finite(p) && p.node + 1 < nodes; };
     const auto wall_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other == kNoIndex; };
     const auto self_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other < nodes && p.other + 1 < nodes; };
-    const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
+    const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles) && std::isfinite(p.give) && p.give >= 0.0; };
     const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;
     for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
         if (list->size() != angles || !std::all_of(list->begin(), list->end(), [](double value) { return std::isfinite(value); }))
@@ -141,8 +129,7 @@ std::string find_misfit(const SceneModel& model, const State& state) {
         return fmt::format("instruments: found {}, expected {}", state.instruments.size(), model.instruments.size());
     if (!std::isfinite(state.time) || state.time < 0.0) return "its time is not a number";
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        const std::size_t nodes = state.bodies[i].tissue.position.size(); // springs sit with the body whose nodes they push
-        if (!body_fits(model.bodies[i], nodes, state.bodies[i]))
+        if (!body_fits(model.bodies[i], state.bodies[i]))
             return fmt::format("what it holds of the body \"{}\" does not fit the scene's", model.bodies[i].name);
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)

@@ -29,18 +29,6 @@ void visit_frames(Visitor& visitor, Frames& frames) {
     });
 }
 
-template <class Visitor, class Springs>
-void visit_springs(Visitor& visitor, Springs& all) {
-    visitor.list(all.springs, [&](auto& spring) {
-        auto& [first_entry, entry_count, offset, rate, stiffness, damping, limit] = spring;
-        visit_numbers(visitor, first_entry, entry_count, offset, rate, stiffness, damping, limit);
-    });
-    visitor.list(all.entries, [&](auto& entry) {
-        auto& [node, g] = entry;
-        visitor.number(node), visitor.vector(g);
-    });
-}
-
 template <class Visitor, class Memory>
 void visit_stable_step(Visitor& visitor, Memory& memory) {
     auto& [mode, damping_mode, notes, rates, rates_age, rates_hold, warm, rounds_ahead] = memory;
@@ -56,13 +44,12 @@ void visit_stable_step(Visitor& visitor, Memory& memory) {
 /// A lumen's inscribed spheres travel as what its next update takes over (LumenState::kept): visit_lumen(body) is theirs.
 template <class Visitor, class Body, class Lumen>
 void visit_body(Visitor& visitor, Body& body, Lumen&& visit_lumen) {
-    auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, springs, lumen, lumen_step] = body; // evaluated: it does not wait
+    auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, lumen, lumen_step] = body; // evaluated: it does not wait
     auto& [position, velocity, relaxed] = tissue;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, surface);
     visitor.list(relaxed, [&](auto& strain) { visitor.number(strain); });
     visit_frames(visitor, frames), visit_frames(visitor, flow_frames);
     visit_stable_step(visitor, stable.memory());
-    visit_springs(visitor, springs);
     visit_lumen(body);
 }
 
@@ -74,10 +61,10 @@ void visit_follow(Visitor& visitor, Follow& follow) {
 
 template <class Visitor, class Plane>
 void visit_plane(Visitor& visitor, Plane& plane) {
-    auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give, other, other_weight] =
+    auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, start_force, start_drag, side, give, felt, other, other_weight] =
         plane;
-    visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give, other, other_weight);
-    visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
+    visit_numbers(visitor, node, weight, offset, force, friction_share, start_force, side, give, other, other_weight);
+    visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag), visitor.vector(felt);
 }
 
 template <class Visitor, class Instrument>
@@ -96,9 +83,10 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     for (auto* list : {&planes, &self_planes})
         visitor.list(*list, [&](auto& plane) { visit_plane(visitor, plane); });
     visitor.list(presses, [&](auto& press) {
-        auto& [triangle, bary] = press;
+        auto& [triangle, bary, give] = press;
         visitor.number(triangle);
         for (auto& b : bary) visitor.number(b);
+        visitor.number(give);
     });
 }
 

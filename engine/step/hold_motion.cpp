@@ -1,6 +1,7 @@
 // Scaling to the safe fraction: what is proven free of the motion is taken, the rest is not.
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/resolve_contacts.hpp"
+#include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
 
 #include <algorithm>
@@ -31,9 +32,26 @@ void scale_rod(const InstrumentModel& instrument, double fraction, InstrumentSta
     fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state.skin);
 }
 
+/// Planes go with their walls, which are about to be set back.
+void set_back_planes(const SceneModel& model, double fraction, State& state, const RodsScratch& rods) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const std::size_t lumen = model.instruments[i].lumen;
+        if (!model.bodies[lumen].host_body) continue;
+        const collision::SurfaceMotion wall = wall_motion(model, lumen, state, rods);
+        InstrumentState& now = state.instruments[i];
+        for (std::size_t k = 0; k < now.planes.size(); ++k) {
+            if (now.presses[k].triangle == kNoIndex) continue;
+            const Triangle& t = wall.topology->triangles[now.presses[k].triangle];
+            const Vec3 moved = point_on(t, now.presses[k].bary, wall.t1) - point_on(t, now.presses[k].bary, wall.t0);
+            now.planes[k].offset -= (1.0 - fraction) * now.planes[k].normal.dot(moved);
+        }
+    }
+}
+
 /// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
 void scale_motion(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies, RodsScratch& rods,
                   StepReport& report) {
+    set_back_planes(model, fraction, state, rods);
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
         scale(bodies.start[i].tissue.position, fraction, state.bodies[i].tissue.position);

@@ -38,6 +38,7 @@ void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     bodies.islands.joined.reserve(bodies.contact.rows.capacity());
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
+        reserve_springs(bodies.tissue[i].contact);
         bodies.start[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
     }
 }
@@ -46,6 +47,7 @@ void prepare_walls(const SceneModel& model, const State& state, const RodsScratc
     rods.walls.resize(model.bodies.size());
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].hollow) continue;
+        if (model.bodies[i].host_body) rods.walls[i].node_presses.reserve(model.bodies[*model.bodies[i].host_body].node_give.size());
         if (like != nullptr) {
             rods.walls[i].tree = like->walls[i].tree;
             rods.walls[i].inside = like->walls[i].inside;
@@ -81,6 +83,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.wall_distance.reserve(places);
         own.last_planes.reserve(state.instruments[i].planes.capacity());
         own.last_presses.reserve(state.instruments[i].planes.capacity());
+        own.pushes.reserve(places + kSparePlanes);
         own.thicker = model.instruments[i].rod;
         own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());
@@ -118,7 +121,6 @@ StepScratch make_scratch(const SceneModel& model, State& state, const StepScratc
 void reserve_state(const SceneModel& model, State& state) {
     std::size_t vertices = 0; // of surfaces whose depths decide
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        reserve_springs(state.bodies[i].springs);
         if (can_touch_any(model, i) && meet_by_surface(model, i, i)) vertices += model.bodies[i].surface.vertices.size();
     }
     state.solids.entries.reserve(vertices);

@@ -61,7 +61,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         for (const spheretree::LinkStatus status : instrument.proven) report.unproven_links += status != spheretree::LinkStatus::Free;
 }
 
-/// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
+/// Forces of a solve whose motion was not taken mean nothing; what the tissue felt it did.
 void forget_forces(State& state) {
     for (InstrumentState& instrument : state.instruments)
         for (auto* planes : {&instrument.planes, &instrument.self_planes})
@@ -94,8 +94,7 @@ void resolve_instruments(const SceneModel& model, const EffectSet& live, State& 
         scale_to_safe_fraction(model, live, report.safe_fraction, state, bodies, rods, report);
         forget_forces(state);
     }
-    for (BodyState& body : state.bodies) body.springs.clear();
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) report_presses(i, state, report);
     report_rods(model, state, rods, report);
     check_rods(model, rods, report);
     if (!coarse_answer || report.exact_forced) phase.forget();

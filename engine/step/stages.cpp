@@ -1,6 +1,7 @@
 #include "engine/step/stages.hpp"
 
 #include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/solid/solid_trees.hpp"
 #include "engine/step/tissue/pull_stage.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
@@ -48,12 +49,13 @@ void restore_start(const SceneModel& model, State& state, const BodiesScratch& b
     restore_instruments(model, state, rods);
 }
 
-void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, RodsScratch& rods,
+void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, BodiesScratch& bodies, RodsScratch& rods,
                   StepReport& report) {
+    for (TissueScratch& tissue : bodies.tissue) tissue.contact.clear();
     apply_drive_commands(model, inputs.drive, state, rods, report);
     if (!inputs.pull || !live.elasticity) return;
     place_surface(model, inputs.pull->body, state);
-    add_pull(model, *inputs.pull, state, report);
+    add_pull(model, *inputs.pull, state, bodies, report);
 }
 
 void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies,
@@ -66,11 +68,15 @@ void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned d
     keep_surfaces(model, state, bodies);
 }
 
-void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report) {
+void predict_instruments(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies, RodsScratch& rods,
+                         StepReport& report) {
     load_instruments(model, live, state, rods, report);
+    rods.tissue_moves = live.elasticity && (dropped & drop_bit(Droppable::Elasticity)) == 0;
+    if (rods.tissue_moves) move_planes(model, state);
     const bool rough = live.coarse_contact || live.exact_contact; // then the walls' planes of this step are solved against
     for (std::size_t i = 0; i < model.instruments.size(); ++i) if (!is_solved_with_another(model, rods, i)) solve_instrument(model, i, state, rods, rough);
     find_meetings(model, state, rods);
+    push_walls(model, state, bodies, rods);
 }
 
 void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods) {

@@ -42,7 +42,7 @@ void keep_start(const SceneModel& model, State& state, BodiesScratch& bodies, So
 void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const RodsScratch& rods);
 
 /// Drive commands and what pulls at the tissue.
-void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, RodsScratch& rods,
+void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, BodiesScratch& bodies, RodsScratch& rods,
                   StepReport& report);
 
 /// dropped   of choose_drops
@@ -52,8 +52,10 @@ void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned d
 /// Surfaces and nodes of the step's start, for the stages that compare with them: views of what keep_start and integrate_tissue kept.
 void share_start(const SceneModel& model, const BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
 
-/// The free motion of instruments, between the planes of the last step.
-void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report);
+/// The free motion of instruments, between the planes of the last step; what presses then pushes the tissue.
+/// dropped   of choose_drops
+void predict_instruments(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies, RodsScratch& rods,
+                         StepReport& report);
 
 /// Of solids and instruments; of lumens where the budget is not charged for it.
 void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods);

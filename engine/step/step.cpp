@@ -18,10 +18,11 @@ bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, Ste
     {
         const Timed timed(report.ms.script, report.ms.total);
         keep_start(model, state, scratch.bodies, scratch.solids, scratch.rods);
-        apply_inputs(model, live, inputs, state, scratch.rods, report);
+        apply_inputs(model, live, inputs, state, scratch.bodies, scratch.rods, report);
     }
     {
         const Timed timed(report.ms.fem, report.ms.total);
+        predict_instruments(model, live, scratch.dropped, state, scratch.bodies, scratch.rods, report);
         integrate_tissue(model, live, scratch.dropped, state, scratch.bodies, report, budget);
         share_start(model, scratch.bodies, scratch.solids, scratch.rods);
     }
@@ -30,10 +31,6 @@ bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, Ste
     {
         const Timed timed(report.ms.steer, report.ms.total);
         update_embedded_surfaces(model, live, state, scratch.bodies, report);
-    }
-    {
-        const Timed timed(report.ms.fem, report.ms.total);
-        predict_instruments(model, live, state, scratch.rods, report);
     }
     const Timed timed(report.ms.steer, report.ms.total);
     update_sphere_trees(model, live, state, scratch.solids, scratch.rods);

@@ -213,8 +213,7 @@ private:
         for (const CoaxialRod* rod : {&outer_, &inner_})
             for (RodPlane& plane : rod->planes) {
                 plane.force = work_.planes[k].force;
-                plane.drag = work_.planes[k].drag;
-                plane.hold = work_.planes[k++].hold;
+                plane.drag = work_.planes[k++].drag;
             }
     }
 

@@ -21,8 +21,11 @@
 #include "fem/rod/rod_parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace trocar::fem {
 
@@ -32,6 +35,14 @@ inline constexpr double kPressAugmentation = 30.0;
 inline constexpr double kSelfAugmentation = 2.0;
 /// m; a place holds until it has moved by this from where it was fixed, with a friction that grows along the way to the cone's edge.
 inline constexpr double kStickReach = 2e-6;
+/// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
+struct SearchTolerance {
+    double overshoot = 0.5, left = 0.05;
+};
+/// Rounds in which the way is found that a wall gives by: one more than the planes let go and take hold.
+inline constexpr int kGivenRounds = 20;
+/// Of that way's line search: a step that ends uphill is shortened, so that planes which open and close one another do not go round in circles.
+inline constexpr SearchTolerance kGivenTolerance{.overshoot = 1e-9, .left = 1e-3};
 /// m; planes nearer than this are evaluated from the beginning, and what rounding may hide of a gap.
 inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
@@ -57,11 +68,11 @@ inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept
 template <class Slide>
 void evaluate_press(RodPlane& plane, RodPress& press, double depth, double across, double softness, double bound, bool holds,
                     const Slide& slide) noexcept {
-    const double yields = 1.0 + across * (softness + plane.give);
-    const double force = (press.force + across * (depth + plane.give * plane.start_force)) / yields;
+    const double yields = 1.0 + across * softness, force = (press.force + across * depth) / yields;
     const bool touches = holds || force > 0.0;
     plane.force = touches ? force : 0.0;
     press.stiffness = touches ? across / yields : 0.0;
+    press.shared.setZero();
     const bool pushes = touches || bound > 0.0;
     if (pushes || press.pushes) {
         plane.drag.setZero();
@@ -103,8 +114,6 @@ void evaluate_press(RodPlane& plane, RodPress& press, double depth, double acros
     return across;
 }
 
-/// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
-inline constexpr double kOvershoot = 0.5, kSearchTolerance = 0.05;
 inline constexpr int kSearchRounds = 12;
 
 /// A correction that planes which it meets, or leaves, throw back ends where they balance the rest: a line search by regula falsi.
@@ -114,16 +123,16 @@ inline constexpr int kSearchRounds = 12;
 /// power_at  (part) -> J, where `part` of it is made
 /// move_by   (part): goes on by so much of it
 template <class PowerAt, class MoveBy>
-void search_along(double most, double power, const PowerAt& power_at, const MoveBy& move_by) noexcept {
+void search_along(double most, double power, const PowerAt& power_at, const MoveBy& move_by, const SearchTolerance& tolerance = {}) noexcept {
     double low = 0.0, high = most, at_low = power, at_high = power_at(most);
-    if (!(at_high < -kOvershoot * power)) return;
+    if (!(at_high < -tolerance.overshoot * power)) return;
     double part = most;
     for (int round = 0, side = 0; round < kSearchRounds; ++round) {
         const double next = low + (high - low) * at_low / (at_low - at_high);
         move_by(next - part);
         part = next;
         const double now = power_at(part);
-        if (std::abs(now) <= kSearchTolerance * power) return;
+        if (std::abs(now) <= tolerance.left * power) return;
         if (now > 0.0) {
             low = part, at_low = now;
             if (side > 0) at_high *= 0.5;
@@ -156,13 +165,13 @@ public:
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
         reach_for(farthest_way());
-        for (const Index k : near_) evaluate(planes_[k], presses_[k], false);
+        evaluate_near([](const RodPress&) { return false; });
     }
     /// The same for a stage's first correction: what pressed when it began still holds, both ways. Where the rod would have gone freely most
     /// gaps are open by more than the micrometre that lets go of a force; without those planes it would spring by millimetres, into others.
     void evaluate_held() noexcept {
         reach_for(farthest_way());
-        for (const Index k : near_) evaluate(planes_[k], presses_[k], presses_[k].force > 0.0);
+        evaluate_near([](const RodPress& press) { return press.force > 0.0; });
     }
 
     /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
@@ -205,7 +214,7 @@ private:
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             const RodPlane& plane = planes_[k];
             begin_press(planes_[k], presses_[k], bound_of(plane, plane.force));
-            presses_[k].gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * plane.start_force;
+            presses_[k].gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * std::sqrt(plane.felt.squaredNorm());
         }
         list_near(kNearPlanes);
     }
@@ -257,6 +266,89 @@ private:
         moved -= plane.normal.dot(moved) * plane.normal;
         if (twists_ && plane.other == kNoIndex) moved += (mean(plane, state_.angle) - mean(plane, work_.start_angle)) * roll(plane);
         return moved;
+    }
+
+    /// holds(press)
+    template <class Holds>
+    void evaluate_near(const Holds& holds) noexcept {
+        for (std::size_t from = 0, to = 0; from < near_.size(); from = to) {
+            const RodPlane& first = planes_[near_[from]];
+            to = from + 1;
+            if (first.give > 0.0) {
+                const auto is_of_place = [&](const RodPlane& plane) { return plane.give > 0.0 && plane.node == first.node && plane.weight == first.weight && plane.side == first.side; };
+                while (to < near_.size() && to - from < kMostOfSide && is_of_place(planes_[near_[to]])) ++to;
+                evaluate_place(std::span<const Index>(near_).subspan(from, to - from), holds);
+            } else {
+                evaluate(planes_[near_[from]], presses_[near_[from]], holds(presses_[near_[from]]));
+            }
+        }
+    }
+
+    /// Planes of one side of a place at most; more of them are two sides.
+    static constexpr std::size_t kMostOfSide = 64;
+    using Depths = std::array<double, kMostOfSide>; // m, of planes of one place whose wall has not moved
+
+    /// What the planes of a place push with where their wall has moved by `given`: the sum, and its stiffness. Returns which of them touch, a bit
+    /// each.
+    template <class Holds>
+    std::uint64_t sum_place(std::span<const Index> place, const Depths& depths, const Vec3& given, const Holds& holds, Vec3& sum, Mat3& stiffness) const noexcept {
+        sum.setZero(), stiffness.setZero();
+        std::uint64_t touching = 0;
+        const double yields = 1.0 + across_ * softness_;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            const RodPlane& plane = planes_[place[i]];
+            const RodPress& press = presses_[place[i]];
+            const double force = (press.force + across_ * (depths[i] + plane.normal.dot(given))) / yields;
+            if (!(force > 0.0) && !holds(press)) continue;
+            sum += force * plane.normal;
+            stiffness += across_ / yields * plane.normal * plane.normal.transpose();
+            touching |= std::uint64_t{1} << i;
+        }
+        return touching;
+    }
+
+    /// Planes of one place of a wall that gives way: given = give (felt - sum(given)), by Newton's method; the sum is piecewise linear and grows
+    /// with `given`. Most places neither touch nor did: they are asked once.
+    template <class Holds>
+    void evaluate_place(std::span<const Index> place, const Holds& holds) noexcept {
+        const RodPlane& first = planes_[place.front()];
+        Vec3& given = presses_[place.front()].given;
+        Vec3 sum;
+        Mat3 stiffness;
+        Depths depths;
+        const Vec3 at = point(first, state_.position);
+        for (std::size_t i = 0; i < place.size(); ++i) depths[i] = planes_[place[i]].offset - planes_[place[i]].normal.dot(at);
+        const bool untouched = first.felt.isZero(0.0);
+        if (untouched) given.setZero();
+        std::uint64_t touching = sum_place(place, depths, given, holds, sum, stiffness), before = untouched && touching == 0 ? touching : ~touching;
+        for (int round = 0; round < kGivenRounds && touching != before; ++round) {
+            const Vec3 slope = given - first.give * (first.felt - sum); // of the energy, whose least is where the wall stands
+            const Vec3 way = (Mat3::Identity() + first.give * stiffness).inverse() * -slope;
+            given += way;
+            before = std::exchange(touching, sum_place(place, depths, given, holds, sum, stiffness));
+            bool is_whole = true;
+            search_along(
+                1.0, -way.dot(slope), [&](double) { return -way.dot(Vec3(given - first.give * (first.felt - sum))); },
+                [&](double part) {
+                    is_whole = false;
+                    given += part * way;
+                    touching = sum_place(place, depths, given, holds, sum, stiffness);
+                },
+                kGivenTolerance);
+            if (!is_whole) before = ~touching;
+        }
+        bool told = false;
+        for (std::size_t i = 0; i < place.size(); ++i) {
+            RodPlane& plane = planes_[place[i]];
+            RodPress& press = presses_[place[i]];
+            evaluate_press(plane, press, depths[i] + plane.normal.dot(given), across_, softness_, bound_of(plane, press.bounding), holds(press),
+                           [&] { return slide(plane); });
+            const bool touches = press.stiffness > 0.0;
+            press.stiffness = 0.0;
+            if (!touches || told) continue;
+            told = true;
+            press.shared = stiffness * (Mat3::Identity() + first.give * stiffness).inverse();
+        }
     }
 
     void evaluate(RodPlane& plane, RodPress& press, bool holds) const noexcept {

@@ -64,10 +64,12 @@ struct RodPlane {
     Vec3 wall_velocity = Vec3::Zero(); // m/s, of what the rod slides on
     Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
     double friction_share = 1.0;       // [-] of RodDrive::friction
-    double hold = 0.0;                 // N/m, set by the solve: by how much its force falls where the wall gives way
     double start_force = 0.0;          // N, what the step began with: every solve of the step begins with it, by what drives the solver
     Vec3 start_drag = Vec3::Zero();    // N
-    double give = 0.0;                 // m/N, of a wall that gives way by what the force is beyond start_force: in the next step
+    // Of a wall that gives way, the same for all planes of one side of a place: they move as one, by give (felt - sum of force normal).
+    std::uint8_t side = 0;
+    double give = 0.0;         // m/N; 0: it does not
+    Vec3 felt = Vec3::Zero(); // N, that it pushes back with where it stands
     Index other = kNoIndex;            // the place that carries it is between this node and the next; kNoIndex: a wall carries it
     double other_weight = 0.0;         // of other + 1, in [0, 1]
 };
@@ -87,7 +89,6 @@ struct RodDrive {
     double friction = 0.0;             // Coulomb mu
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
-    bool measure_hold = false;         // of the planes that press: a substitution each
     bool rough = false;                // to kRoughTolerance is enough: a look ahead that is solved again
 };
 
@@ -97,13 +98,15 @@ struct RodPress {
     double last = 0.0;          // N, normal force of the last iteration
     double bounding = 0.0;      // N, normal force that bounds friction
     double stiffness = 0.0;     // N/m, of the forces as they were evaluated last
+    Mat3 shared = Mat3::Zero(); // N/m, the same of a whole place of a wall that gives way: with its first plane that touches
+    Vec3 given = Vec3::Zero();  // m, by which that has moved: with its first plane
     double gap = 0.0;           // m, where the iteration began
     bool pushes = false;        // it has a force or a stiffness, as they were evaluated last
     bool pushed = false;        // the same where the last correction started
     Vec3 anchor = Vec3::Zero(); // m, from where it is anchored to where it was at the stage's start
     Mat3 aside = Mat3::Zero();  // N/m, of friction
     Vec3 start_force = Vec3::Zero(); // N, N/m: where the last correction started
-    Mat3 start_stiffness = Mat3::Zero();
+    Mat3 start_stiffness = Mat3::Zero(), start_shared = Mat3::Zero();
 };
 
 /// What two places of the rod feel of each other's motion.

@@ -177,7 +177,7 @@ public:
         assemble();
     }
     void end_balance(const Vec3& pressed, RodReport& report) noexcept override {
-        Base::tell_balance(*band_, report);
+        Base::tell_balance(report);
         report.contact_force += pressed;
     }
 

@@ -81,25 +81,22 @@ public:
         return settled;
     }
 
-    /// Forces as they are now, for the report; the planes' hold.
+    /// Forces as they are now, for the report.
     void balance(RodReport& report) noexcept {
         handle_.setZero();
         body_.setZero();
         Band band(work_.band, moving());
         assemble(band);
-        tell_balance(band, report);
+        tell_balance(report);
     }
 
 protected:
-    void tell_balance(Band& band, RodReport& report) noexcept {
+    void tell_balance(RodReport& report) noexcept {
         report.handle_force = -handle_;
         report.body_force = body_;
         report.contact_force.setZero();
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) report.contact_force += contact_.force(k);
         report.handle_torque = handle_torque();
-        if (!drive_.measure_hold || moving() == 0) return;
-        band.solve(std::span(work_.rhs).first(kCoordinates * moving()));
-        for (std::size_t k = 0; k < contact_.planes().size(); ++k) measure_hold(band, contact_.planes()[k], contact_.press(k).stiffness);
     }
 
     void solve_band(Band& band, RodReport& report) noexcept {
@@ -113,25 +110,6 @@ protected:
                                                            });
         power_ = 0.0;
         for (std::size_t r = 0; r < rhs.size(); ++r) power_ += rhs[r] * work_.residual[r];
-    }
-
-    /// 1 / (J A^-1 J^T) of a plane's normal, less its own augmentation: the rest of the rod and what else holds it.
-    void measure_hold(Band& band, RodPlane& plane, double own) noexcept {
-        plane.hold = 0.0;
-        if (!(plane.force > 0.0) || !moves(plane.node + 1)) return;
-        const auto x = std::span(work_.rhs).first(kCoordinates * moving());
-        std::fill(x.begin(), x.end(), 0.0);
-        const Index low = moves(plane.node) ? plane.node : plane.node + 1;
-        const auto along = [&](Index node) { return kCoordinates * (node - first_); };
-        for (Index node = low; node <= plane.node + 1; ++node)
-            for (int axis = 0; axis < 3; ++axis)
-                x[along(node) + std::size_t(axis)] = (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis];
-        band.solve_again(x, along(low));
-        double gives = 0.0; // m/N
-        for (Index node = low; node <= plane.node + 1; ++node)
-            for (int axis = 0; axis < 3; ++axis)
-                gives += (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis] * x[along(node) + std::size_t(axis)];
-        plane.hold = gives > 0.0 ? std::max(0.0, 1.0 / gives - own) : 0.0;
     }
 
     [[nodiscard]] double handle_torque() noexcept {
@@ -319,9 +297,10 @@ protected:
             if (!press.pushes) continue;
             const RodPlane& plane = contact_.planes()[k];
             const Vec3 force = contact_.force(k);
-            const Mat3 stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
             press.start_force = force;
-            press.start_stiffness = stiffness;
+            press.start_stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
+            press.start_shared = press.shared;
+            const Mat3 stiffness = press.start_stiffness + press.shared;
             const double weight[2] = {1.0 - plane.weight, plane.weight};
             for (std::size_t a = 0; a < 2; ++a) {
                 push(plane.node + a, weight[a] * force);
@@ -453,6 +432,10 @@ protected:
                 Vec3 change = press.pushes ? contact->force(k) : Vec3(Vec3::Zero());
                 if (press.pushed) change += part * (press.start_stiffness * moved) - press.start_force;
                 power += change.dot(moved);
+                if (!press.pushed || press.start_shared.isZero(0.0)) continue;
+                const RodPlane& plane = contact->planes()[k]; // its wall does not feel how the rod turns
+                const Vec3 along = motion_at<kCoordinates>(work_.rhs, first_, plane.node, plane.weight);
+                power += part * along.dot(press.start_shared * along);
             }
         }
     }

@@ -182,6 +182,23 @@ FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lan
     return axes;
 }
 
+std::vector<double> find_node_stiffness(const TissueModel& model) {
+    std::vector<double> stiffness(model.node_count(), 0.0);
+    const double shear = find_small_strain(model.material).mu;
+    for (std::size_t t = 0; t < model.tet_count(); ++t) {
+        const TetShape& shape = model.tet_shape[t];
+        const double volume = shape.stiffness * shear * shape.volume;
+        Vec3 first = Vec3::Zero();
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            const Vec3 gradient(shape.inverse[3 * corner], shape.inverse[3 * corner + 1], shape.inverse[3 * corner + 2]);
+            first -= gradient;
+            stiffness[model.tet_nodes[t][corner + 1]] += volume * gradient.squaredNorm();
+        }
+        stiffness[model.tet_nodes[t][0]] += volume * first.squaredNorm();
+    }
+    return stiffness;
+}
+
 TissueState make_rest_state(const TissueModel& model) {
     return {.position = model.rest_position, .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero()), .relaxed = {}};
 }

@@ -7,6 +7,7 @@
 #include "fem/tissue/material.hpp"
 
 #include <span>
+#include <vector>
 
 namespace trocar::fem {
 
@@ -46,6 +47,10 @@ struct TissueState {
 
 /// Of a tet of hgo by its place in the plan.
 [[nodiscard]] FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lane) noexcept;
+
+/// N/m, [node_count]: of each node against its neighbours where they stand, at rest and at constant volume. Shear alone, sum of mu V |grad w|^2
+/// over its tets: what an incompressible tissue resists by its volume is no one node's. cost: a pass over the tets
+[[nodiscard]] std::vector<double> find_node_stiffness(const TissueModel& model);
 
 /// At rest, without velocity.
 [[nodiscard]] TissueState make_rest_state(const TissueModel& model);

@@ -27,8 +27,6 @@ State one_of_each() {
     body.flow_frames.frame.resize(1);
     body.stable.mode = body.stable.damping_mode = {Vec3(4, 5, 6)};
     body.stable.notes.resize(1);
-    body.springs.springs.resize(1);
-    body.springs.entries.push_back({0, Vec3(1, 0, 0)});
     InstrumentState& instrument = state.instruments.emplace_back();
     instrument.rod.position = instrument.rod.velocity = instrument.skin = instrument.route.points = {Vec3(7, 8, 9)};
     instrument.rod.angle = instrument.rod.spin = {0.5};
@@ -82,22 +80,17 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
                                         sum_of_sizes(b, c, p, d, e, f, g, h, i, j, k, l, m, n, o), "SolidContact");
     }
     {
-        const auto& [a, b] = state.instruments[0].presses[0];
-        expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b), "WallPress");
+        const auto& [a, b, c] = state.instruments[0].presses[0];
+        expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b, c), "WallPress");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = state.instruments[0].planes[0];
-        const std::size_t size = sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
+        const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = state.instruments[0].planes[0];
+        const std::size_t size = sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; }, size, "RodPlane");
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].self_planes[0]; }, size, "RodPlane of the rod");
         const auto& [plane, rod, other_rod] = state.meetings[0];
         (void)plane;
         expect_every_byte<fem::RodMeeting>([](State& s) -> fem::RodMeeting& { return s.meetings[0]; }, size + sum_of_sizes(rod, other_rod), "RodMeeting");
-    }
-    {
-        const auto& [a, b, c, d, e, f, g] = state.bodies[0].springs.springs[0];
-        expect_every_byte<fem::ContactSpring>([](State& s) -> fem::ContactSpring& { return s.bodies[0].springs.springs[0]; },
-                                              sum_of_sizes(a, b, c, d, e, f, g), "ContactSpring");
     }
     {
         const auto& [a, b, c, d, e, f, g, h, i, j] = state.instruments[0].follow;
@@ -128,8 +121,6 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"stable.rates_hold", [](State& s) { s.bodies[0].stable.rates_hold = !s.bodies[0].stable.rates_hold; }},
         {"stable.warm", [](State& s) { s.bodies[0].stable.warm = !s.bodies[0].stable.warm; }},
         {"stable.rounds_ahead", [](State& s) { ++s.bodies[0].stable.rounds_ahead; }},
-        {"springs' node", [](State& s) { ++s.bodies[0].springs.entries[0].node; }},
-        {"springs' g", [](State& s) { s.bodies[0].springs.entries[0].g.z() += 1.0; }},
         {"rod.position", [](State& s) { s.instruments[0].rod.position[0].x() += 1.0; }},
         {"rod.velocity", [](State& s) { s.instruments[0].rod.velocity[0].x() += 1.0; }},
         {"rod.insertion", [](State& s) { s.instruments[0].rod.insertion += 1.0; }},

@@ -17,6 +17,17 @@
 
 namespace trocar::engine {
 
+/// What the tissue was given of one place of a rod in this step: see wall_exchange.hpp.
+struct WallPush {
+    Index node = 0;
+    double weight = 0.0;
+    WallPress press;
+    double give = 0.0;                                                   // m/N
+    bool is_rigid = false;                                               // the rod felt it so
+    Vec3 force = Vec3::Zero(), felt = Vec3::Zero(), drag = Vec3::Zero(); // N, on the rod
+    Vec3 coming = Vec3::Zero();                                          // m
+};
+
 /// Of a hollow body.
 struct WallScratch {
     std::span<const Vec3> surface_t0; // [vertex_count] m, at the start of the step: a view of BodyStart
@@ -25,6 +36,7 @@ struct WallScratch {
     double way = std::numeric_limits<double>::infinity(); // m, longest of a vertex in this step; infinite where it was not measured
     std::vector<Vec3> flow_points;    // [point_count] m, of those whose blood moves along with a host
     InsideTest inside;                // the independent check
+    std::vector<double> node_presses; // [node_count] of its host: how many presses a node carries in this step
 };
 
 struct InstrumentScratch {
@@ -35,6 +47,7 @@ struct InstrumentScratch {
     fem::RodReport rod_report;
     std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
     std::vector<WallPress> last_presses;    // [last_planes]
+    std::vector<WallPush> pushes;           // in the order of their places
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     fem::SelfContact self;    // of this step
     bool meets_itself = false; // in this step
@@ -56,6 +69,7 @@ struct InstrumentScratch {
 struct RodsScratch {
     std::vector<InstrumentScratch> instruments;              // [instrument_count]
     std::vector<WallScratch> walls;                          // [body_count], of hollow bodies
+    bool tissue_moves = false;                               // in this step: it feels what presses
     std::vector<std::unique_ptr<fem::RodSolver>> solvers;    // [instrument_count] null: solved with the instrument it runs in
     // With the effect instrument_contact, of this step:
     bool meet = false;

@@ -182,7 +182,6 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
     drive.friction = scratch.friction;
     drive.flow = scratch.flow;
     drive.force = scratch.force;
-    drive.measure_hold = model.bodies[model.instruments[index].lumen].host_body.has_value();
     return drive;
 }
 
@@ -319,36 +318,12 @@ void add_to_descent(const SceneModel& model, std::size_t index, State& state, sp
         {Thing::body(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
 }
 
-double press_cap(const SceneModel& model, std::size_t lumen) noexcept {
-    return model.bodies[lumen].host_body ? model.contact.wall_stiffness : 0.0;
-}
-
-double press_stiffness(const fem::RodPlane& plane, double cap) noexcept {
-    return std::min(std::max(plane.hold, plane.force / kMostYield), cap);
-}
-
-void push_wall(const SceneModel& model, std::size_t index, State& state, StepReport& report) {
-    const InstrumentModel& instrument = model.instruments[index];
-    const InstrumentState& now = state.instruments[index];
-    const BodyModel& wall = model.bodies[instrument.lumen];
-    for (std::size_t k = 0; k < now.planes.size(); ++k) {
-        const fem::RodPlane& plane = now.planes[k];
+void report_presses(std::size_t index, const State& state, StepReport& report) {
+    for (const fem::RodPlane& plane : state.instruments[index].planes) {
         if (!(plane.force > 0.0)) continue;
-        const double force = plane.force, drag = std::sqrt(plane.drag.squaredNorm());
-        report.contact_force_n += force;
-        report.friction_force_n += drag;
-        report.max_contact_force_n = std::max(report.max_contact_force_n, force);
-        if (!wall.host_body || now.presses[k].triangle == kNoIndex) continue;
-        // As the tissue gives way the rod's force falls by its own stiffness: what it came to is the next solve's to find.
-        const double stiffness = press_stiffness(plane, model.contact.wall_stiffness);
-        SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
-                         now.presses[k].bary, -plane.normal,
-                         -force / stiffness,      stiffness};
-        add_surface_spring(model, push, state);
-        if (!(drag > 0.0)) continue;
-        push.direction = -spheretree::direction_of(plane.drag);
-        push.gap = -drag / stiffness;
-        add_surface_spring(model, push, state);
+        report.contact_force_n += plane.force;
+        report.friction_force_n += std::sqrt(plane.drag.squaredNorm());
+        report.max_contact_force_n = std::max(report.max_contact_force_n, plane.force);
     }
 }
 

@@ -124,11 +124,6 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 /// snaps free) is made again in a thicker fluid, until it stays within them.
 void keep_within_reach(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
-/// N/m; as what the tissue feels a press of a rod on a lumen at most; 0: no tissue carries it.
-[[nodiscard]] double press_cap(const SceneModel& model, std::size_t lumen) noexcept;
-/// N/m; of the spring that a tissue feels of a plane's force: it falls as the rod's own stiffness has it, as far as `cap` lets it.
-[[nodiscard]] double press_stiffness(const fem::RodPlane& plane, double cap) noexcept;
-
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
 /// where the solve takes it farther than that, if only in one of its iterations, both are made again as far as the drive and
 /// the wall may come: what all planes come to from the start, to the tolerance of the solve (1e-9 m; a test).
@@ -176,8 +171,8 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
 /// What the exact stage of an instrument, and of the wire in its bore, is expected to do: the numbers of its last run.
 [[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods) noexcept;
 
-/// Normal forces of the planes become springs on the coarse nodes that carry the wall.
-void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
+/// Adds the planes' forces.
+void report_presses(std::size_t instrument, const State& state, StepReport& report);
 
 /// Handle's force and torque, and what is missing of the rods' balance.
 void report_rods(const SceneModel& model, const State& state, const RodsScratch& rods, StepReport& report);
@@ -204,7 +199,5 @@ inline constexpr std::size_t kPlanesPerPlace = 10;
 inline constexpr double kDriveReach = 1.0e-3;
 /// m, beyond the clearance: a little more than the drive moves in a step at most.
 inline constexpr double kPlaneReach = 1.2 * kDriveReach;
-/// m; no press takes a wall farther than this in a step. What is left of its force acts in the next one.
-inline constexpr double kMostYield = 1e-3;
 
 } // namespace trocar::engine

@@ -1,6 +1,7 @@
 // Planes around a rod from its wall's own triangles, and whether a rod pokes into that wall.
 #include "collision/proximity/proximity.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/time/phase.hpp"
 #include "fem/rod/coaxial.hpp"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace trocar::engine {
 
@@ -89,16 +91,18 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
 /// The last step's planes, in the order of their places: warm start of the new ones.
 class LastPlanes {
 public:
-    /// wall   whose motion of the step the tissue's spring has felt; `cap` is its stiffness at most, N/m; 0: a wall that no force moves
-    LastPlanes(std::span<const fem::RodPlane> planes, std::span<const WallPress> presses, const collision::SurfaceMotion& wall, double cap,
-               std::vector<std::uint8_t>& taken) noexcept
-        : planes_(planes), presses_(presses), wall_(wall), cap_(cap), taken_(taken) {
+    /// wall   whose motion of the step the tissue has felt the pushes over; `pushes` empty: a wall that no force moves in this step
+    LastPlanes(std::span<const fem::RodPlane> planes, std::span<const WallPress> presses, std::span<const WallPush> pushes,
+               const collision::SurfaceMotion& wall, std::vector<std::uint8_t>& taken) noexcept
+        : planes_(planes), presses_(presses), pushes_(pushes), wall_(wall), taken_(taken) {
         taken_.assign(planes_.size(), 0); // reserved
     }
 
     /// Those at a place of the rod; places are asked for in ascending order.
     void seek(Index node, double weight) noexcept {
+        node_ = node, weight_ = weight;
         while (at_ < planes_.size() && before(planes_[at_], node, weight)) ++at_;
+        while (push_at_ < pushes_.size() && before(pushes_[push_at_], node, weight)) ++push_at_;
         end_ = at_;
         while (end_ < planes_.size() && planes_[end_].node == node && planes_[end_].weight == weight) ++end_;
     }
@@ -109,30 +113,66 @@ public:
         for (std::size_t k = at_; k < end_; ++k)
             if (const double along = planes_[k].normal.dot(plane.normal); taken_[k] == 0 && planes_[k].force > 0.0 && along > nearest)
                 nearest = along, best = k;
-        plane.give = cap_ > 0.0 ? 1.0 / cap_ : 0.0;
         if (best == end_) return;
-        const fem::RodPlane& from = planes_[best];
         taken_[best] = 1;
-        plane.start_force = from.force;
-        plane.start_drag = from.drag;
-        if (!(cap_ > 0.0) || presses_[best].triangle == kNoIndex) return;
-        const double felt = press_stiffness(from, cap_);
-        const Triangle& t = wall_.topology->triangles[presses_[best].triangle];
-        const Vec3 moved = point_on(t, presses_[best].bary, wall_.t1) - point_on(t, presses_[best].bary, wall_.t0);
-        plane.start_force = std::max(0.0, from.force + felt * from.normal.dot(moved)); // what the tissue felt at the step's end
-        plane.give = felt < from.hold ? 1.0 / felt - 1.0 / from.hold : 0.0;
+        plane.start_force = planes_[best].force;
+        plane.start_drag = planes_[best].drag;
+    }
+    /// What the tissue felt at the place at the step's end, as the rod does. visit(N)
+    template <class Visit>
+    void for_each_felt(Visit&& visit) const {
+        for (std::size_t k = push_at_; k < pushes_.size() && pushes_[k].node == node_ && pushes_[k].weight == weight_; ++k) {
+            const Triangle& t = wall_.topology->triangles[pushes_[k].press.triangle];
+            visit(felt_of(pushes_[k], point_on(t, pushes_[k].press.bary, wall_.t1) - point_on(t, pushes_[k].press.bary, wall_.t0)));
+        }
     }
 
 private:
-    static bool before(const fem::RodPlane& plane, Index node, double weight) noexcept {
-        return plane.node < node || (plane.node == node && plane.weight < weight);
+    template <class AtPlace>
+    static bool before(const AtPlace& what, Index node, double weight) noexcept {
+        return what.node < node || (what.node == node && what.weight < weight);
     }
     std::span<const fem::RodPlane> planes_;
     std::span<const WallPress> presses_;
+    std::span<const WallPush> pushes_;
     const collision::SurfaceMotion& wall_;
-    double cap_;
     std::vector<std::uint8_t>& taken_;
-    std::size_t at_ = 0, end_ = 0;
+    std::size_t at_ = 0, end_ = 0, push_at_ = 0;
+    Index node_ = 0;
+    double weight_ = 0.0;
+};
+
+/// By how much a wall gives way to a rod, and which of the two is softer.
+class Yielding {
+public:
+    Yielding(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) noexcept
+        : model_(model), index_(index), state_(state), rods_(rods) {}
+
+    /// Nodes in ascending order, from the first that may press on.
+    void come_to(Index node) noexcept {
+        const std::vector<Vec3>& position = rods_.instruments[index_].rod_t0.position;
+        rod_ += 1.0 / model_.instruments[index_].rod.stretch_stiffness[node];
+        axis_ = spheretree::direction_of(position[node + 1] - position[node]);
+    }
+    /// m/N; where nothing pressed yet.
+    [[nodiscard]] double before_force(const WallPress& press) const noexcept { return find_wall_give(model_, lumen(), press, rods_); }
+    [[nodiscard]] double along(const WallPress& press, const Vec3& normal) const {
+        return find_exact_give(model_, lumen(), press, normal, state_, rods_);
+    }
+    /// Of the rod counts its length from the handle: across its axis it bends.
+    [[nodiscard]] bool is_softer(const Vec3& normal, double give) const noexcept {
+        const double along = normal.dot(axis_);
+        return along * along * give > rod_;
+    }
+
+private:
+    [[nodiscard]] std::size_t lumen() const noexcept { return model_.instruments[index_].lumen; }
+    const SceneModel& model_;
+    std::size_t index_;
+    const State& state_;
+    const RodsScratch& rods_;
+    double rod_ = 0.0; // m/N
+    Vec3 axis_ = Vec3::Zero();
 };
 
 /// A place of a rod for which planes are made, and the wall as it is seen from there.
@@ -178,7 +218,8 @@ std::span<const NearTriangle> facets_of(const NearList& list, const PlaneSite& s
 }
 
 /// Planes of one place: what closes in from all sides first, then the wall's facets one by one, nearest first each time.
-void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now) {
+/// yielding   null: the wall does not
+void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now, const Yielding* yielding) {
     std::array<NearTriangle, kFacets> memory;
     const std::span<const NearTriangle> facets = facets_of(list, site, memory);
     std::array<const NearTriangle*, kPlanesPerPlace> made;
@@ -195,11 +236,44 @@ void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, I
             if (!is_made && alike < spread.most) made[count++] = &facet;
         }
     last.seek(site.node, site.weight);
-    for (const NearTriangle* plane : std::span(made).first(count)) {
-        if (plane->distance > site.farthest) continue;
-        now.planes.push_back({site.node, site.weight, plane->normal, plane->normal.dot(plane->point) + site.room, 0.0, plane->velocity});
-        last.warm_start(now.planes.back());
-        now.presses.push_back({plane->triangle, plane->bary});
+    std::array<Vec3, kPlanesPerPlace> facing; // of each side: the sum of its normals
+    std::size_t first = now.planes.size(), sides = 0;
+    for (std::size_t left = count; left > 0; ++sides) {
+        facing[sides].setZero();
+        double give = 0.0; // of the nearest, for all of the side
+        const NearTriangle* nearest = nullptr;
+        for (const NearTriangle*& near : std::span(made).first(count)) {
+            if (near == nullptr || (nearest != nullptr && !(near->normal.dot(nearest->normal) > 0.0))) continue;
+            --left;
+            const NearTriangle& plane = *std::exchange(near, nullptr);
+            if (nearest == nullptr) nearest = &plane, give = yielding != nullptr ? yielding->before_force({plane.triangle, plane.bary}) : 0.0;
+            if (plane.distance > site.farthest) continue;
+            facing[sides] += plane.normal;
+            now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(plane.point) + site.room, 0.0, plane.velocity});
+            now.presses.push_back({plane.triangle, plane.bary, give});
+            last.warm_start(now.planes.back());
+            now.planes.back().side = static_cast<std::uint8_t>(sides);
+        }
+    }
+    if (yielding == nullptr) return;
+    last.for_each_felt([&](const Vec3& felt) {
+        std::size_t best = 0;
+        for (std::size_t side = 1; side < sides; ++side)
+            if (facing[side].dot(felt) > facing[best].dot(felt)) best = side;
+        double give = 0.0;
+        for (std::size_t k = first; k < now.planes.size(); ++k) {
+            if (now.planes[k].side != best) continue;
+            now.planes[k].felt += felt;
+            if (give == 0.0) give = yielding->along(now.presses[k], now.planes[k].normal);
+            now.presses[k].give = give;
+        }
+    });
+    for (std::size_t side = 0, k = first; side < sides; ++side) {
+        const std::size_t begin = k;
+        bool is_softer = false;
+        for (; k < now.planes.size() && now.planes[k].side == side; ++k)
+            is_softer = is_softer || yielding->is_softer(now.planes[k].normal, now.presses[k].give);
+        for (std::size_t i = begin; is_softer && i < k; ++i) now.planes[i].give = now.presses[i].give;
     }
 }
 
@@ -282,13 +356,15 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      rods.instruments[*instrument.inside].command.insertion));
     const collision::SurfaceMotion motion = wall_motion(model, instrument.lumen, state, rods);
-    LastPlanes last(scratch.last_planes, scratch.last_presses, motion, press_cap(model, instrument.lumen), scratch.taken);
+    LastPlanes last(scratch.last_planes, scratch.last_presses, scratch.pushes, motion, scratch.taken);
+    Yielding yielding(model, index, state, rods);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
     double nearest = 0.0;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node) {
+        yielding.come_to(node);
         for (const double weight : {0.5, 1.0}) {
             if (proven_free(model, index, node, weight, rods)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
@@ -306,9 +382,10 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
-            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own);
+            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
+    }
 }
 
 void plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
@@ -432,7 +509,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index first = fem::first_inserted_node(instrument.rod, own.rod.insertion);
-    LastPlanes none({}, {}, wall, press_cap(model, instrument.lumen), rods.instruments[index].taken);
+    LastPlanes none({}, {}, {}, wall, rods.instruments[index].taken);
     NearList list;
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < own.rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
@@ -452,7 +529,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                 });
             list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
-            add_planes(list, {node, weight, p, kept, kept, wall}, none, own);
+            add_planes(list, {node, weight, p, kept, kept, wall}, none, own, nullptr);
         }
 }
 

@@ -75,7 +75,7 @@ void find_loads(const EffectStep& step, std::size_t body, const State& state, Ti
 void load_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
     step.counts.note(effects::elasticity);
     find_loads(step, body, state, scratch, scratch.inputs);
-    const fem::ContactSprings& contact = state.bodies[body].springs;
+    const fem::ContactSprings& contact = scratch.contact;
     scratch.inputs.springs = scratch.springs.springs.empty() ? &contact : &scratch.springs;
     if (!scratch.springs.springs.empty()) fem::append_springs(contact, scratch.springs);
 }

@@ -18,7 +18,7 @@ bool can_be_pulled(const SceneModel& model, std::size_t body) noexcept {
     return model.effects.elasticity && model.bodies[body].links.has_value();
 }
 
-void add_pull(const SceneModel& model, const Pull& pull, State& state, StepReport& report) {
+void add_pull(const SceneModel& model, const Pull& pull, const State& state, BodiesScratch& bodies, StepReport& report) {
     if (!can_be_pulled(model, pull.body)) return;
     const Vec3 way = pull.target - state.bodies[pull.body].surface[pull.vertex];
     const double distance = std::sqrt(way.squaredNorm());
@@ -27,7 +27,7 @@ void add_pull(const SceneModel& model, const Pull& pull, State& state, StepRepor
     const double reach = std::min(distance, kMaxPull / kPullStiffness);
     const Index vertices[] = {pull.vertex};
     const double weights[] = {1.0};
-    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state))
+    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state, bodies))
         return; // a point of a vessel far from the organ
     report.pull_force_n = kPullStiffness * reach;
 }

@@ -19,6 +19,6 @@ inline constexpr double kMaxPull = 3.0;
 
 /// Adds it to the springs that this step's integration feels. Its direction is that of the start of the step.
 /// Nothing where the point does not move with tissue.
-void add_pull(const SceneModel& model, const Pull& pull, State& state, StepReport& report);
+void add_pull(const SceneModel& model, const Pull& pull, const State& state, BodiesScratch& bodies, StepReport& report);
 
 } // namespace trocar::engine

@@ -18,10 +18,10 @@ fem::ContactSpring start_spring(const SurfacePush& push, const fem::ContactSprin
 
 } // namespace
 
-bool add_surface_spring(const SceneModel& model, const SurfacePush& push, State& state) {
+bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, BodiesScratch& bodies) {
     const std::size_t owner = owner_of(model, push.body);
     const std::vector<Vec3>& nodes = state.bodies[owner].tissue.position;
-    fem::ContactSprings& springs = state.bodies[owner].springs;
+    fem::ContactSprings& springs = bodies.tissue[owner].contact;
     fem::ContactSpring spring = start_spring(push, springs);
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
         const fem::LinkForces share =

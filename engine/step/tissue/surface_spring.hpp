@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/state/state.hpp"
+#include "engine/step/tissue/tissue_scratch.hpp"
 
 #include <limits>
 #include <span>
@@ -21,8 +22,8 @@ struct SurfacePush {
     double rate = 0.0;                                      // m/s, of the gap, by what it stands against
 };
 
-/// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
+/// Adds a spring to the owner's of this step; the nodes get the force through the transpose of the links' derivative, so that
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.
-bool add_surface_spring(const SceneModel& model, const SurfacePush& push, State& state);
+bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, BodiesScratch& bodies);
 
 } // namespace trocar::engine

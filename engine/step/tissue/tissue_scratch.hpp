@@ -20,7 +20,8 @@ struct TissueScratch {
     fem::IntegrateInputs inputs;       // views of what is here
     std::vector<Vec3> pinned_target; // of effects: see TissueLoads
     std::vector<Vec3> force;         // likewise
-    fem::ContactSprings springs;     // likewise; contact's follow them
+    fem::ContactSprings springs;     // likewise; those of contact follow them
+    fem::ContactSprings contact;     // what instruments and hands push it with in this step
 };
 
 /// A body among those that contact joins in this step.

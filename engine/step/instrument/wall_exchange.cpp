@@ -1,0 +1,197 @@
+#include "engine/step/instrument/wall_exchange.hpp"
+
+#include "engine/step/tissue/surface_spring.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Shares of a press that the nodes of its wall carry, the turns of links left out. visit(node, share)
+template <class Visit>
+void for_each_node(const BodyModel& wall, const WallPress& press, Visit&& visit) {
+    const fem::RigidLinks& links = *wall.links;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+        const Index vertex = wall.surface.triangles[press.triangle][corner];
+        if (links.vertex_frame[vertex] == kNoIndex) continue;
+        for (std::size_t k = 0; k < 3; ++k)
+            visit(links.frame_nodes[links.vertex_frame[vertex]][k], std::abs(links.vertex_blend[vertex] * links.vertex_weight[vertex][k] * press.bary[corner]));
+    }
+}
+
+/// What a press of 1 N along a direction puts on the nodes of its wall, as integration feels it.
+struct NodeShares {
+    NodeShares(const BodyModel& wall, const WallPress& press, const Vec3& direction, std::span<const Vec3> nodes) {
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            const fem::LinkForces spread =
+                fem::spread_link_force(*wall.links, wall.surface.triangles[press.triangle][corner], nodes, press.bary[corner] * direction);
+            for (int k = 0; k < 3; ++k)
+                if (spread.node[k] != kNoIndex) add(spread.node[k], spread.force[k]);
+        }
+    }
+    void add(Index node, const Vec3& force) {
+        std::size_t k = 0;
+        while (k < count && entry[k].node != node) ++k;
+        if (k == count) entry[count++] = {node, Vec3::Zero()};
+        entry[k].force += force;
+    }
+    struct Entry {
+        Index node;
+        Vec3 force; // [-]
+    };
+    std::array<Entry, 9> entry;
+    std::size_t count = 0;
+};
+
+bool are_of_one_side(const fem::RodPlane& a, const fem::RodPlane& b) noexcept { return a.node == b.node && a.weight == b.weight && a.side == b.side; }
+
+/// m; where a wall's place is going by its nodes' inertia alone.
+Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& press, const State& state) {
+    const BodyModel& wall = model.bodies[lumen];
+    const BodyModel& host = model.bodies[*wall.host_body];
+    const std::vector<Vec3>& velocity = state.bodies[*wall.host_body].tissue.velocity;
+    Vec3 coming = Vec3::Zero();
+    for_each_node(wall, press, [&](Index node, double share) {
+        const double inertia = 2.0 * host.tissue->node_mass[node] / (model.step_s * model.step_s); // N/m
+        coming += share * inertia * host.node_give[node] * model.step_s * velocity[node];
+    });
+    return coming;
+}
+
+/// Of one side of a place, if its planes push: where the hardest of them presses. Returns the first plane of the next side.
+std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& push) {
+    const fem::RodPlane& first = now.planes[from];
+    push = WallPush{.node = first.node, .weight = first.weight};
+    double hardest = 0.0;
+    std::size_t k = from;
+    for (; k < now.planes.size() && are_of_one_side(now.planes[k], first); ++k) {
+        const fem::RodPlane& plane = now.planes[k];
+        if (!(plane.force > 0.0) || now.presses[k].triangle == kNoIndex) continue;
+        push.force += plane.force * plane.normal;
+        push.drag += plane.drag;
+        const double give = now.presses[k].give;
+        if (give > 0.0) push.give = give, push.felt = plane.felt, push.is_rigid = plane.give == 0.0;
+        if (plane.force > hardest) hardest = plane.force, push.press = now.presses[k];
+    }
+    return k;
+}
+
+/// Lists what pushes, and how many places each node of the walls carries.
+void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const BodyModel& wall = model.bodies[model.instruments[i].lumen];
+        if (!wall.host_body) continue;
+        std::vector<double>& count = rods.walls[model.instruments[i].lumen].node_presses;
+        count.resize(model.bodies[*wall.host_body].node_give.size(), 0.0);
+        const InstrumentState& now = state.instruments[i];
+        WallPush push;
+        for (std::size_t k = 0; k < now.planes.size();) {
+            k = find_push(now, k, push);
+            if (push.press.triangle == kNoIndex) continue;
+            for_each_node(wall, push.press, [&](Index node, double share) { count[node] += share; });
+            push.coming = find_coming(model, model.instruments[i].lumen, push.press, state);
+            rods.instruments[i].pushes.push_back(push); // reserved
+        }
+    }
+}
+
+/// A force on the wall's place along a direction: from `start` to `end` (N) over the step, less what `stiffness` takes from it as the place goes along.
+void add_push(const SceneModel& model, std::size_t lumen, const WallPush& push, const Vec3& direction, double start, double end, const State& state,
+              BodiesScratch& bodies) {
+    const double stiffness = 1.0 / push.give;
+    SurfacePush spring{lumen, model.bodies[lumen].surface.triangles[push.press.triangle], push.press.bary, direction, -start / stiffness, stiffness};
+    spring.rate = (start - end) / (stiffness * model.step_s);
+    add_surface_spring(model, spring, state, bodies);
+}
+
+/// The linear answer's axes: against what pushes, where it never pulls, and across that, where it does both.
+struct Axes {
+    explicit Axes(const WallPush& push) : along(-spheretree::direction_of(push.force)) {
+        const Vec3 beside = std::abs(along.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitY();
+        across[0] = spheretree::direction_of(along.cross(beside));
+        across[1] = along.cross(across[0]);
+    }
+    Vec3 along, across[2];
+};
+
+/// N, on the wall; at the step's end, where that has not moved.
+Vec3 end_force(const WallPush& push) noexcept {
+    const Vec3 pushed = push.coming / push.give - push.force;
+    return push.is_rigid ? pushed : Vec3(pushed + push.felt - push.force);
+}
+
+void push_wall(const SceneModel& model, std::size_t lumen, const WallPush& push, const State& state, BodiesScratch& bodies) {
+    const Axes axes(push);
+    const Vec3 end = end_force(push);
+    const auto push_along = [&](const Vec3& axis) { add_push(model, lumen, push, axis, -axis.dot(push.felt), axis.dot(end), state, bodies); };
+    push_along(axes.along);
+    for (const Vec3& axis : axes.across) push_along(axis), push_along(-axis);
+    const double drag = std::sqrt(push.drag.squaredNorm());
+    if (drag > 0.0) add_push(model, lumen, push, -push.drag / drag, drag, drag, state, bodies);
+}
+
+} // namespace
+
+double find_wall_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const RodsScratch& rods) noexcept {
+    const BodyModel& wall = model.bodies[lumen];
+    if (!wall.host_body || !rods.tissue_moves || press.triangle == kNoIndex) return 0.0;
+    const std::vector<double>& give = model.bodies[*wall.host_body].node_give;
+    const std::vector<double>& count = rods.walls[lumen].node_presses;
+    double sum = 0.0;
+    for_each_node(wall, press, [&](Index node, double share) { sum += share * give[node] * std::max(1.0, node < count.size() ? count[node] : 0.0); });
+    return std::max(sum, 1.0 / model.contact.wall_stiffness);
+}
+
+void move_planes(const SceneModel& model, State& state) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const std::size_t lumen = model.instruments[i].lumen;
+        InstrumentState& now = state.instruments[i];
+        if (!model.bodies[lumen].host_body) continue;
+        std::size_t kept = 0;
+        for (std::size_t k = 0; k < now.planes.size(); ++k) {
+            if (!(now.presses[k].give > 0.0)) continue;
+            now.planes[k].offset += now.planes[k].normal.dot(find_coming(model, lumen, now.presses[k], state));
+            now.planes[kept] = now.planes[k];
+            now.presses[kept++] = now.presses[k];
+        }
+        now.planes.resize(kept);
+        now.presses.resize(kept);
+    }
+}
+
+double find_exact_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const Vec3& normal, const State& state, const RodsScratch& rods) {
+    const BodyModel& wall = model.bodies[lumen];
+    if (!wall.host_body || !rods.tissue_moves || press.triangle == kNoIndex) return 0.0;
+    const std::vector<double>& give = model.bodies[*wall.host_body].node_give;
+    const std::vector<double>& count = rods.walls[lumen].node_presses;
+    const NodeShares shares(wall, press, normal, state.bodies[*wall.host_body].tissue.position);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < shares.count; ++k) {
+        const auto& [node, force] = shares.entry[k];
+        sum += force.squaredNorm() * give[node] * std::max(1.0, node < count.size() ? count[node] : 0.0);
+    }
+    return std::max(sum, 1.0 / model.contact.wall_stiffness);
+}
+
+void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodies, RodsScratch& rods) {
+    for (InstrumentScratch& instrument : rods.instruments) instrument.pushes.clear();
+    for (WallScratch& wall : rods.walls) wall.node_presses.clear();
+    if (!rods.tissue_moves) return;
+    find_pushes(model, state, rods);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        for (WallPush& push : rods.instruments[i].pushes) {
+            const std::size_t lumen = model.instruments[i].lumen;
+            push_wall(model, lumen, push, state, bodies);
+        }
+}
+
+Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept {
+    const Axes axes(push);
+    const Vec3 on_wall = end_force(push) - moved / push.give;
+    const double along = axes.along.dot(on_wall);
+    return along < 0.0 ? Vec3(along * axes.along - on_wall) : Vec3(-on_wall);
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,40 @@
+// What a rod and the tissue that carries its wall do to each other in a step.
+//
+// Both are solved one after the other, each against a linear answer of the other with the same stiffness k at every place that presses, so that no
+// ratio of their stiffnesses lets the exchange diverge (Peaceman & Rachford 1955, Lions & Mercier 1979: both are monotone; between a fluid and
+// what it moves: Robin-Robin coupling). With the wall where the last step left it, `felt` the force that it pushes back with there, and f the sum
+// of what a place's planes push with:
+//
+//   the rod's look ahead   the place's planes move as one, by u = w + (felt - f) / k       RodPlane::give = 1/k
+//   the tissue's step      feels -f - k (v - u) at its end, v: the way of the wall in this step; from -felt on, linearly; along f it pushes and never pulls
+//   the rod's last solve   before the wall where it is now: u = (felt - f) / k, and felt is what the tissue felt last
+//
+// w is the way that the wall goes by inertia, its velocity over the step by inertia's share of k. At rest f = felt whatever k is: k decides how
+// fast both agree, not on what. It is the wall's own stiffness at the place over the step (BodyModel::node_give), shared out among the places
+// that press on the same nodes. Where the rod is softer than that the planes do not give, u = w (RodPlane::give = 0).
+#pragma once
+
+#include "engine/step/instrument/instrument_scratch.hpp"
+#include "engine/step/tissue/tissue_scratch.hpp"
+
+namespace trocar::engine {
+
+/// m/N; by how much a wall gives way at a place; 0: no tissue of this step carries it.
+[[nodiscard]] double find_wall_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const RodsScratch& rods) noexcept;
+
+/// The same along a wall's normal, with the turns of what carries it.
+[[nodiscard]] double find_exact_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const Vec3& normal, const State& state,
+                                     const RodsScratch& rods);
+
+/// Planes of the last step to where their walls go by inertia, for the look ahead; without those of corrections, which know nothing of what the
+/// tissue felt: forces of a rod between rigid planes are not the tissue's.
+void move_planes(const SceneModel& model, State& state);
+
+/// What presses in the look ahead becomes springs on the coarse nodes that carry the walls, for this step's integration.
+void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodies, RodsScratch& rods);
+
+/// N; what the tissue felt at the step's end, as the rod does.
+/// moved   m, of the wall at the push's place
+[[nodiscard]] Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept;
+
+} // namespace trocar::engine
