@@ -17,7 +17,7 @@ const kSides: Side[] = [
 ];
 const kHalf = 17;        // pixels, of the cube's edge
 const kReach = 38;       // pixels, of the letters around it
-const kFacing = 0.75;    // letters of sides that face the eye more than that stand on the cube alone
+const kFacing = 0.3;     // letters of sides that face the eye, or away from it, more than that are the cube's alone
 const kSecondLetter = 0.35; // least share of a direction that gets a second letter
 
 const dot = (a: Direction, b: Direction): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -36,7 +36,7 @@ export function axesOfArm(primary: number, secondary: number): Axes {
 
 /// The letters of a direction, as DICOM names a picture's edges: the nearest side, then a second one where the direction leans to it.
 export function lettersOf(way: Direction): string {
-    const shares = kSides.map((side) => ({ letter: side.letter, share: dot(side.way, way) })).sort((a, b) => b.share - a.share);
+    const shares = kSides.map((side) => ({ letter: side.letter, share: dot(side.way, way) })).sort((a, b) => (Math.abs(b.share - a.share) < 1e-4 ? 0 : b.share - a.share));
     return shares.filter(({ share }, k) => k === 0 || (k === 1 && share > kSecondLetter)).map(({ letter }) => letter).join("");
 }
 
