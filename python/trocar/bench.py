@@ -137,7 +137,7 @@ def memory(name: str, num_envs: int) -> float:
 
 
 def picture_price(name: str, edge: int, channels: tuple[str, ...]) -> float:
-    """ms, median: what an X-ray picture adds to an observation; an environment is looked at again and again, and not stepped."""
+    """ms, median: what an X-ray picture adds to an observation; of an environment that is observed again and again, and not stepped."""
     found = []
     for observation in ("state", "both"):
         task = Task(name, Options(start_poses=1, observation=observation, pixels=(edge, edge), channels=channels))

@@ -399,6 +399,7 @@ test("lost graphics are reported, driving stops, and both come back", async () =
 
 test("on short and narrow screens nothing lies over what is pressed", async () => {
     const before = page.viewportSize();
+    await page.keyboard.press("Escape");
     await page.evaluate(() => { // a long message at the same time
         const line = document.createElement("p");
         line.id = "long", line.textContent = "A message as long as any. ".repeat(20);

@@ -261,7 +261,8 @@ class App {
     private write(plot: boolean, footer: boolean): void {
         this.panel.refresh();
         if (plot && this.scene) this.plot.draw(1e3 * this.scene.step_s);
-        if (footer) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
+        const { shown, perSecond } = this.xray;
+        if (footer) this.panel.setFooter(shown ? 1000 / Math.max(perSecond, 1) : this.stage.frameMs, shown ? 1 : this.stage.pixels, shown ? [] : this.probe.latencyMs, this.hand.gamepadName);
     }
 }
 
