@@ -1,10 +1,12 @@
 #include "engine/render/orientation.hpp"
 
 #include "engine/render/canvas.hpp"
+#include "engine/scene/patient_sides.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 namespace trocar::engine {
 namespace {
@@ -19,7 +21,6 @@ const std::array<Side, 6> kSides{{{'R', Vec3::UnitX(), Vec3::UnitZ()},
                                   {'P', -Vec3::UnitY(), Vec3::UnitZ()},
                                   {'H', Vec3::UnitZ(), -Vec3::UnitY()},
                                   {'F', -Vec3::UnitZ(), Vec3::UnitY()}}};
-constexpr double kSecondLetter = 0.35; // least share of a direction that gets a second letter
 constexpr int kLeastEdge = 192;        // pixels, of a picture with a cube
 constexpr double kHalf = 17.0, kReach = 37.0; // pixels at a height of 720: half of the cube's edge, the letters around it
 constexpr double kFacing = 0.3;        // letters of sides that face the eye, or away from it, more than that are the cube's alone
@@ -33,15 +34,6 @@ void draw_outlined(Canvas& canvas, char letter, PixelPoint middle, double height
 }
 
 } // namespace
-
-std::string side_letters(const Vec3& direction) {
-    std::array<std::size_t, 6> order{0, 1, 2, 3, 4, 5};
-    const auto share = [&](std::size_t k) { return kSides[k].way.dot(direction); };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return share(a) > share(b) + 1e-6; });
-    std::string letters(1, kSides[order[0]].letter);
-    if (share(order[1]) > kSecondLetter) letters += kSides[order[1]].letter;
-    return letters;
-}
 
 void draw_orientation_cube(const ViewAxes& axes, Picture& picture) {
     if (std::min(picture.width, picture.height) < kLeastEdge) return;

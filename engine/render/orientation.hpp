@@ -4,12 +4,7 @@
 #include "engine/render/camera.hpp"
 #include "engine/render/picture.hpp"
 
-#include <string>
-
 namespace trocar::engine {
-
-/// The letters of a direction, as DICOM names a picture's edges: R, L, A, P, H or F, then a second one where it leans to that side.
-[[nodiscard]] std::string side_letters(const Vec3& direction);
 
 /// In the upper left corner; in a picture that is too small for it nothing.
 void draw_orientation_cube(const ViewAxes& axes, Picture& picture);

@@ -3,6 +3,7 @@
 
 #include "engine/fluoroscopy/cone_beam.hpp"
 #include "engine/report/lettered_frame.hpp"
+#include "engine/scene/patient_sides.hpp"
 
 #include <gtest/gtest.h>
 
