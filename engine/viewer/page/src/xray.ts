@@ -1,4 +1,5 @@
-// The X-ray monitor: what the server's C-arm sees, its arm, contrast, subtraction and roadmap, and a film strip of the last seconds.
+// The X-ray monitor: what the server's C-arm sees, its arm, contrast, subtraction and roadmap.
+import { FilmStrip, imageOf } from "./film";
 import { axesOfArm, drawOrientation, lettersOf, type Axes, type Direction } from "./orientation";
 import type { Status, XrayPicture } from "./protocol";
 
@@ -9,8 +10,6 @@ const kDisplays: Display[] = ["log", "subtraction", "roadmap"]; // as XrayPictur
 const kDegree = Math.PI / 180;
 const kMostPrimary = 120, kMostSecondary = 50; // degrees, that the arm's sliders and the mouse reach: its mechanics
 const kMostZoom = 8;
-const kFilmSeconds = 8, kMostFilm = 150;
-const kThumbnails = 8, kThumbnailEvery = 400; // ms
 const kSendEvery = 60;    // ms between two messages while the arm is moved
 const kDrag = 0.4;        // degrees a pixel
 const kPresets: [string, number, number][] = [ // name, primary, secondary in degrees
@@ -39,18 +38,16 @@ export class XrayScreen {
     private readonly primary = element<HTMLInputElement>("primary");
     private readonly secondary = element<HTMLInputElement>("secondary");
     private readonly zoom = element<HTMLInputElement>("zoom");
-    private readonly filmAt = element<HTMLInputElement>("film-at");
-    private film: XrayPicture[] = [];
-    private readonly thumbnails: HTMLCanvasElement[] = [];
-    private readonly shownIn: (XrayPicture | undefined)[] = []; // of the thumbnails
-    private reviewed: XrayPicture | undefined; // none: live
+    private readonly film = new FilmStrip(() => {
+        const picture = this.film.reviewed ?? this.latest;
+        if (picture && this.shown) this.draw(picture);
+    });
     private display: Display = "log";
     private atTip = false;
     private wanted = { primary: 0, secondary: 0, zoom: 1 }; // degrees
     private movedAt = 0;  // ms: until a while later the sliders are the user's
     private sentAt = 0;
     private due: ReturnType<typeof setTimeout> | undefined;
-    private thumbnailsAt = 0;
     private cameAt = 0;
     private status: Status | undefined;
 
@@ -69,15 +66,6 @@ export class XrayScreen {
         element("subtract").addEventListener("click", () => this.show("subtraction"));
         element("roadmap").addEventListener("click", () => this.show("roadmap"));
         element("mask").addEventListener("click", () => this.send({ type: "mask" }));
-        element("film-live").addEventListener("click", () => this.review(undefined));
-        this.filmAt.addEventListener("input", () => this.review(this.film[Number(this.filmAt.value)]));
-        for (let k = 0; k < kThumbnails; ++k) {
-            const thumbnail = document.createElement("canvas");
-            thumbnail.width = thumbnail.height = 56;
-            thumbnail.addEventListener("click", () => this.review(this.shownIn[k]));
-            element("film-frames").append(thumbnail);
-            this.thumbnails.push(thumbnail);
-        }
         this.drag();
         addEventListener("resize", () => this.fit());
     }
@@ -125,7 +113,7 @@ export class XrayScreen {
             zoom: clamp(to.zoom, 1, kMostZoom),
         };
         this.movedAt = performance.now();
-        this.review(undefined);
+        this.film.review(undefined);
         this.showWanted();
         this.sendLater();
     }
@@ -202,12 +190,10 @@ export class XrayScreen {
         const now = performance.now();
         if (now - this.cameAt < 1000) this.perSecond += 0.1 * (1000 / Math.max(now - this.cameAt, 1) - this.perSecond);
         this.cameAt = now;
-        if (this.latest && picture.time < this.latest.time - 1e-9) this.film = []; // another run
         const turned = this.latest === undefined || this.latest.primary !== picture.primary || this.latest.secondary !== picture.secondary;
         this.latest = picture;
         ++this.pictures;
-        this.film.push(picture);
-        while (this.film.length > kMostFilm || (this.film.length > 1 && this.film[0].time < picture.time - kFilmSeconds)) this.film.shift();
+        this.film.add(picture);
         if (now - this.movedAt > 500) { // another viewer's wishes, too
             this.wanted = { primary: picture.primary / kDegree, secondary: picture.secondary / kDegree, zoom: picture.zoom };
             this.display = kDisplays[picture.display - 1] ?? "log";
@@ -216,8 +202,8 @@ export class XrayScreen {
         }
         if (!this.shown) return;
         if (turned) this.turned(this.axes);
-        if (this.reviewed === undefined) this.draw(picture);
-        if (now - this.thumbnailsAt > kThumbnailEvery) this.showFilm(now);
+        if (this.film.reviewed === undefined) this.draw(picture);
+        this.film.show(now);
         if (picture.sourceInside) this.say("The X-ray source stands inside a body here: what is behind it is missing.");
     }
 
@@ -233,7 +219,7 @@ export class XrayScreen {
         const edges: [string, Direction][] = [["edge-w", minus(axes.right)], ["edge-e", axes.right], ["edge-n", axes.up], ["edge-s", minus(axes.up)]];
         for (const [id, way] of edges) element(id).textContent = lettersOf(way);
         const kind = { log: "", subtraction: " · subtraction", roadmap: " · roadmap" }[kDisplays[picture.display - 1] ?? "log"];
-        const ago = this.reviewed === undefined ? "" : ` · ${(this.latest!.time - picture.time).toFixed(1)} s ago`;
+        const ago = this.film.reviewed === undefined ? "" : ` · ${(this.latest!.time - picture.time).toFixed(1)} s ago`;
         element("xray-words").textContent = `${angleWords(picture.primary, picture.secondary)}${kind} · ${picture.time.toFixed(2)} s${ago}`;
     }
 
@@ -247,31 +233,9 @@ export class XrayScreen {
         box.style.height = `${Math.floor(scale * this.canvas.height)}px`;
     }
 
-    // The film strip.
-    private review(picture: XrayPicture | undefined): void {
-        this.reviewed = picture;
-        element("film-live").setAttribute("aria-pressed", String(picture === undefined));
-        const shown = picture ?? this.latest;
-        if (shown && this.shown) this.draw(shown);
-        if (picture === undefined) this.filmAt.value = this.filmAt.max;
-    }
-    private showFilm(now: number): void {
-        this.thumbnailsAt = now;
-        const { film } = this;
-        this.filmAt.max = String(film.length - 1);
-        if (this.reviewed === undefined) this.filmAt.value = this.filmAt.max;
-        else if (film.includes(this.reviewed)) this.filmAt.value = String(film.indexOf(this.reviewed));
-        this.thumbnails.forEach((thumbnail, k) => {
-            const picture = film[Math.round(((k + 1) / kThumbnails) * (film.length - 1))];
-            if (picture === undefined || picture === this.shownIn[k]) return;
-            this.shownIn[k] = picture;
-            thumbnail.getContext("2d")!.putImageData(smallImageOf(picture, thumbnail.width, thumbnail.height), 0, 0);
-        });
-    }
-
     /// The picture that is shown, with the letters of its edges, the cube and the arm's angles.
     save(name: string): void {
-        const picture = this.reviewed ?? this.latest;
+        const picture = this.film.reviewed ?? this.latest;
         if (picture === undefined) return;
         const copy = document.createElement("canvas");
         [copy.width, copy.height] = [picture.columns, picture.rows];
@@ -307,18 +271,4 @@ export function saveAs(blob: Blob, name: string): void {
     link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-}
-
-function imageOf({ columns, rows, grey }: XrayPicture): ImageData {
-    const pixels = new Uint32Array(columns * rows);
-    for (let k = 0; k < pixels.length; ++k) pixels[k] = 0xff000000 | (grey[k] * 0x010101);
-    return new ImageData(new Uint8ClampedArray(pixels.buffer), columns, rows);
-}
-
-function smallImageOf({ columns, rows, grey }: XrayPicture, width: number, height: number): ImageData {
-    const pixels = new Uint32Array(width * height);
-    for (let y = 0; y < height; ++y)
-        for (let x = 0; x < width; ++x)
-            pixels[y * width + x] = 0xff000000 | (grey[Math.floor(((y + 0.5) * rows) / height) * columns + Math.floor(((x + 0.5) * columns) / width)] * 0x010101);
-    return new ImageData(new Uint8ClampedArray(pixels.buffer), width, height);
 }
