@@ -8,6 +8,7 @@
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/report/lettered_frame.hpp"
 #include "engine/scene/describe_fluoroscopy.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/interrupt.hpp"
@@ -99,8 +100,8 @@ int film(const FilmOptions& options) {
                                                               static_cast<double>(bytes) / (1u << 30))});
     std::vector<GreyFrame> frames;
     const auto take = [&](const State& state) {
-        (void)scope.project(patient, state);
-        frames.push_back(scope.frame(state.step, state.time));
+        const ConeBeam& beam = scope.project(patient, state).beam;
+        frames.push_back(lettered_frame(scope.frame(state.step, state.time), beam));
     };
     take(simulator.state());
     int code = kExitFine;

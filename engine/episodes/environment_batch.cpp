@@ -6,8 +6,9 @@
 namespace trocar::engine {
 
 EnvironmentBatch::EnvironmentBatch(const std::vector<std::vector<std::shared_ptr<const Task>>>& tasks, unsigned threads, Autoreset autoreset,
-                                   const BatchArrays& arrays)
-    : observation_size_(tasks.front().front()->observation_size()), autoreset_(autoreset), arrays_(arrays), failures_(tasks.size()),
+                                   const BatchArrays& arrays, std::vector<std::vector<PixelCamera>> cameras)
+    : cameras_(std::move(cameras)), observation_size_(tasks.front().front()->observation_size()),
+      pixels_size_(cameras_.empty() ? 0 : cameras_.front().front().options().size()), autoreset_(autoreset), arrays_(arrays), failures_(tasks.size()),
       ended_(tasks.size(), 0), pool_(threads) {
     environments_.reserve(tasks.size());
     for (const auto& each : tasks) environments_.emplace_back(each);
@@ -15,8 +16,21 @@ EnvironmentBatch::EnvironmentBatch(const std::vector<std::vector<std::shared_ptr
 
 void EnvironmentBatch::begin_episode(std::size_t i) {
     if (const auto begun = environments_[i].reset(); !begun.ok()) throw std::runtime_error(begun.error().to_string());
-    environments_[i].observe({arrays_.observation + i * observation_size_, observation_size_});
+    if (!cameras_.empty()) camera(i).begin_episode();
+    observe(i);
     ended_[i] = 0;
+}
+
+void EnvironmentBatch::observe(std::size_t i) {
+    const Environment& environment = environments_[i];
+    environment.observe({arrays_.observation + i * observation_size_, observation_size_});
+    if (pixels_size_ == 0) return;
+    camera(i).take(environment.simulator()->state(), environment.outcome().hash, arrays_.pixels + i * pixels_size_, arrays_.tips + i * 2 * devices());
+}
+
+XrayObservation EnvironmentBatch::observe_all(std::size_t i) {
+    const Environment& environment = environments_[i];
+    return camera(i).observe_all(environment.simulator()->state(), environment.outcome().hash);
 }
 
 void EnvironmentBatch::write_outcome(std::size_t i) {
@@ -41,7 +55,7 @@ void EnvironmentBatch::reset(std::span<const std::optional<std::uint64_t>> seeds
             const bool begins = all || mask[i] != 0;
             if (begins && !seeds.empty() && seeds[i]) environments_[i].seed(*seeds[i]);
             if (begins) begin_episode(i);
-            else environments_[i].observe({arrays_.observation + i * observation_size_, observation_size_});
+            else observe(i);
             write_outcome(i);
             if (!begins) arrays_.outcome[i].began = 0;
         },
@@ -51,20 +65,20 @@ void EnvironmentBatch::reset(std::span<const std::optional<std::uint64_t>> seeds
 
 void EnvironmentBatch::step_one(std::size_t i, std::span<const double> action) {
     Environment& environment = environments_[i];
-    float* const observation = arrays_.observation + i * observation_size_;
     if (ended_[i] != 0 && autoreset_ == Autoreset::NextStep) {
         begin_episode(i);
         write_outcome(i);
         return;
     }
     environment.step(action);
-    environment.observe({observation, observation_size_});
+    observe(i);
     write_outcome(i);
     if (arrays_.outcome[i].failed != 0) more_.store(true, std::memory_order_relaxed);
     if (!arrays_.terminated[i] && !arrays_.truncated[i]) return;
     ended_[i] = 1;
     if (autoreset_ != Autoreset::SameStep) return;
-    std::copy_n(observation, observation_size_, arrays_.final_observation + i * observation_size_);
+    std::copy_n(arrays_.observation + i * observation_size_, observation_size_, arrays_.final_observation + i * observation_size_);
+    if (pixels_size_ > 0) std::copy_n(arrays_.pixels + i * pixels_size_, pixels_size_, arrays_.final_pixels + i * pixels_size_);
     begin_episode(i);
     arrays_.outcome[i].began = 1;
     more_.store(true, std::memory_order_relaxed);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/episodes/environment.hpp"
+#include "engine/episodes/pixels.hpp"
 #include "engine/episodes/thread_pool.hpp"
 
 #include <atomic>
@@ -28,6 +29,9 @@ struct OutcomeRow {
 struct BatchArrays {
     float* observation = nullptr;       // [observation_size]
     float* final_observation = nullptr; // [observation_size] with SameStep, of episodes that ended in this step
+    std::uint8_t* pixels = nullptr;       // [rows][columns][channels] where there are cameras
+    std::uint8_t* final_pixels = nullptr; // likewise of final_observation
+    double* tips = nullptr;               // [devices][2] pixels, likewise
     double* reward = nullptr;
     bool* terminated = nullptr;
     bool* truncated = nullptr;
@@ -38,8 +42,9 @@ class EnvironmentBatch {
 public:
     /// tasks     of each environment: as Environment takes them
     /// threads   at least 1
+    /// cameras   [count][tasks] of the same options; empty: there are none
     EnvironmentBatch(const std::vector<std::vector<std::shared_ptr<const Task>>>& tasks, unsigned threads, Autoreset autoreset,
-                     const BatchArrays& arrays);
+                     const BatchArrays& arrays, std::vector<std::vector<PixelCamera>> cameras = {});
 
     [[nodiscard]] std::size_t count() const noexcept { return environments_.size(); }
     [[nodiscard]] std::size_t observation_size() const noexcept { return observation_size_; }
@@ -57,6 +62,8 @@ public:
     /// actions  [count][devices][2] mm/s and rad/s, finite
     void step(std::span<const double> actions, const std::function<void()>& between = {});
 
+    /// All that an environment's picture says now; there are cameras.
+    [[nodiscard]] XrayObservation observe_all(std::size_t i);
     /// Why the last action of an environment failed; empty where it did not.
     [[nodiscard]] const std::string& failure(std::size_t i) const noexcept { return failures_[i]; }
     /// In the last step some environment failed, or with SameStep an episode ended.
@@ -66,11 +73,14 @@ public:
 
 private:
     void begin_episode(std::size_t i);
+    void observe(std::size_t i);
+    [[nodiscard]] PixelCamera& camera(std::size_t i) { return cameras_[i][environments_[i].task_index()]; }
     void step_one(std::size_t i, std::span<const double> action);
     void write_outcome(std::size_t i);
 
     std::vector<Environment> environments_;
-    std::size_t observation_size_;
+    std::vector<std::vector<PixelCamera>> cameras_;
+    std::size_t observation_size_, pixels_size_; // of one observation
     Autoreset autoreset_;
     BatchArrays arrays_;
     std::vector<std::string> failures_;

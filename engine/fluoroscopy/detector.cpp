@@ -146,7 +146,7 @@ GreyFrame show(const XrayView& view, const Transmission& transmission, double ti
     for (std::size_t k = 0; k < dense.size(); ++k) dense[k] = -std::log(std::max(transmission[k], kLeastTransmission));
     if (console.mask.empty() && time >= view.mask - 1e-9) console.mask = dense;
     console.filled.resize(dense.size(), 0.0);
-    for (std::size_t k = 0; k < console.mask.size(); ++k) console.filled[k] = std::max(console.filled[k], dense[k] - console.mask[k]);
+    for (std::size_t k = 0; console.fills && k < console.mask.size(); ++k) console.filled[k] = std::max(console.filled[k], dense[k] - console.mask[k]);
     const bool subtracts = view.display == XrayDisplay::Subtraction;
     if (!console.window) console.window = view.window ? view.window : subtracts ? std::array{-0.25, 0.75} : window_of(dense);
     const auto [white, black] = *console.window;

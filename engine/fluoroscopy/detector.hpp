@@ -36,6 +36,7 @@ struct Console {
     std::optional<std::array<double, 2>> window; // of attenuation: white, black
     std::vector<double> mask;                    // attenuation of the mask frame; empty: none yet
     std::vector<double> filled;                  // largest attenuation above the mask's so far: the roadmap
+    bool fills = true;                           // filled grows with this frame
 };
 
 /// The frame as it is shown.

@@ -1,5 +1,7 @@
 #include "engine/fluoroscopy/dicom.hpp"
 
+#include "engine/scene/patient_sides.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -142,7 +144,8 @@ Result<std::string> encode_dicom(const XrayView& view, const DicomSeries& series
     set.text(0x00200010, "SH", "1");
     set.text(0x00200011, "IS", "1");
     set.text(0x00200013, "IS", "1");
-    set.text(0x00200020, "CS", "L\\F"); // at 0/0: columns to the left, rows to the feet
+    const ConeBeam beam = make_cone_beam(view, series.angles.front()); // of a moving arm: of the first frame
+    set.text(0x00200020, "CS", side_letters(beam.right) + "\\" + side_letters(beam.down));
     set.shorts(0x00280002, "US", {1});
     set.text(0x00280004, "CS", "MONOCHROME2");
     set.text(0x00280008, "IS", std::to_string(series.frames.size()));

@@ -18,7 +18,10 @@ GreyFrame mask_of(const XrayView& view, const AttenuationSums& sums) {
 
 const XrayFrame& Fluoroscope::project(XrayPatient& patient, const State& state) {
     const ArmAngles angles = find_angles(view_, state.time);
-    if (angles.primary != now_.angles.primary || angles.secondary != now_.angles.secondary) has_still_ = false;
+    if (angles.primary != now_.angles.primary || angles.secondary != now_.angles.secondary) {
+        has_still_ = false;
+        still_vessels_.clear(), still_depth_.clear();
+    }
     now_.angles = angles;
     now_.beam = make_cone_beam(view_, angles);
     Projector projector(now_.beam, threads_);
@@ -46,27 +49,43 @@ const XrayFrame& Fluoroscope::project(XrayPatient& patient, const State& state) 
 
 GreyFrame Fluoroscope::frame(std::uint64_t step, double time) {
     detect(view_, now_.attenuation, step, transmission_);
+    console_.fills = !now_.contrast.empty();
     return show(view_, transmission_, time, console_);
 }
 
 GreyFrame Fluoroscope::device_mask() const { return mask_of(view_, device_); }
 
-GreyFrame Fluoroscope::vessel_mask(XrayPatient& patient, const State& state) const {
+GreyFrame Fluoroscope::vessel_mask(XrayPatient& patient, const State& state) {
     Projector projector(now_.beam, threads_);
-    AttenuationSums sums(view_.pixel_count(), 0);
-    for (std::size_t i = 0; i < patient.bodies().size(); ++i) {
-        if (!patient.bodies()[i].vessel) continue;
-        XraySurface surface = patient.body(state, i);
-        surface.attenuation = 1.0;
-        projector.add(surface, sums);
+    const auto draw = [&](bool moving, AttenuationSums& sums) {
+        for (std::size_t i = 0; i < patient.bodies().size(); ++i) {
+            if (!patient.bodies()[i].vessel || patient.bodies()[i].moves != moving) continue;
+            XraySurface surface = patient.body(state, i);
+            surface.attenuation = 1.0;
+            projector.add(surface, sums);
+        }
+    };
+    if (still_vessels_.empty()) {
+        still_vessels_.assign(view_.pixel_count(), 0);
+        draw(false, still_vessels_);
     }
+    AttenuationSums sums = still_vessels_;
+    draw(true, sums);
     return mask_of(view_, sums);
 }
 
-GreyFrame Fluoroscope::depth(XrayPatient& patient, const State& state) const {
+GreyFrame Fluoroscope::depth(XrayPatient& patient, const State& state) {
     Projector projector(now_.beam, threads_);
-    std::vector<double> nearest(view_.pixel_count(), std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < patient.bodies().size(); ++i) projector.add_depth(patient.body(state, i), nearest);
+    const auto draw = [&](bool moving, std::vector<double>& nearest) {
+        for (std::size_t i = 0; i < patient.bodies().size(); ++i)
+            if (patient.bodies()[i].moves == moving) projector.add_depth(patient.body(state, i), nearest);
+    };
+    if (still_depth_.empty()) {
+        still_depth_.assign(view_.pixel_count(), std::numeric_limits<double>::infinity());
+        draw(false, still_depth_);
+    }
+    std::vector<double> nearest = still_depth_;
+    draw(true, nearest);
     for (std::size_t i = 0; i < patient.instruments().size(); ++i) projector.add_depth(patient.instrument(state, i), nearest);
     GreyFrame frame{view_.pixels[0], view_.pixels[1], 16, std::vector<std::uint16_t>(nearest.size(), 0)};
     for (std::size_t k = 0; k < nearest.size(); ++k)

@@ -46,6 +46,40 @@ double attenuation_of(XrayMatter matter) { return coefficient_of(matter).linear(
 
 } // namespace
 
+State visible_part(const State& state) {
+    State part;
+    part.step = state.step, part.time = state.time;
+    for (const BodyState& body : state.bodies) {
+        BodyState& own = part.bodies.emplace_back();
+        own.tissue.position = body.tissue.position;
+        own.surface = body.surface;
+        own.flow_frames = body.flow_frames;
+    }
+    for (const InstrumentState& instrument : state.instruments) {
+        InstrumentState& own = part.instruments.emplace_back();
+        own.rod.position = instrument.rod.position;
+        own.rod.insertion = instrument.rod.insertion;
+        own.skin = instrument.skin;
+    }
+    part.effects = state.effects;
+    return part;
+}
+
+void update_visible_part(const SceneModel& model, const State& from, State& to) {
+    to.step = from.step, to.time = from.time;
+    for (std::size_t i = 0; i < from.bodies.size(); ++i) {
+        to.bodies[i].tissue.position = from.bodies[i].tissue.position;
+        to.bodies[i].flow_frames = from.bodies[i].flow_frames;
+        if (model.bodies[i].moves()) to.bodies[i].surface = from.bodies[i].surface;
+    }
+    for (std::size_t i = 0; i < from.instruments.size(); ++i) {
+        to.instruments[i].rod.position = from.instruments[i].rod.position;
+        to.instruments[i].rod.insertion = from.instruments[i].rod.insertion;
+        to.instruments[i].skin = from.instruments[i].skin;
+    }
+    to.effects = from.effects;
+}
+
 XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) : model_(model) {
     for (const BodyModel& body : model.bodies) {
         XrayBody& own = bodies_.emplace_back();

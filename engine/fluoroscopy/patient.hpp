@@ -13,6 +13,12 @@
 
 namespace trocar::engine {
 
+/// Of a state what a patient reads: surfaces, skins and rods, the nodes that carry the blood's centreline, what effects keep. All else is empty.
+[[nodiscard]] State visible_part(const State& state);
+/// Brings one up to date; what never moves stays. Allocates nothing after a first time.
+/// to     visible_part of a state of the same model
+void update_visible_part(const SceneModel& model, const State& from, State& to);
+
 struct XrayBody {
     std::string name;
     XrayMatter matter = XrayMatter::Tissue;

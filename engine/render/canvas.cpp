@@ -28,6 +28,13 @@ constexpr PixelPoint kMinus[] = {{.5, 5.5}, {5.5, 5.5}};
 constexpr PixelPoint kM[] = {{0, 10}, {0, 3.6}, kLift,    {0, 5.6}, {1.2, 4},   {2.8, 3.7}, {3.8, 4.6}, {4, 6},
                              {4, 10}, kLift,    {4, 5.6}, {5.2, 4}, {6.8, 3.7}, {7.8, 4.6}, {8, 6},     {8, 10}};
 
+constexpr PixelPoint kA[] = {{0, 10}, {3, 0}, {6, 10}, kLift, {1.2, 6.4}, {4.8, 6.4}};
+constexpr PixelPoint kF[] = {{5.6, 0}, {0, 0}, {0, 10}, kLift, {0, 4.8}, {4.6, 4.8}};
+constexpr PixelPoint kH[] = {{0, 0}, {0, 10}, kLift, {6, 0}, {6, 10}, kLift, {0, 5}, {6, 5}};
+constexpr PixelPoint kL[] = {{.4, 0}, {.4, 10}, {5.8, 10}};
+constexpr PixelPoint kP[] = {{0, 10}, {0, 0}, {3.6, 0}, {5.4, .8}, {6, 2.6}, {5.4, 4.4}, {3.6, 5.2}, {0, 5.2}};
+constexpr PixelPoint kR[] = {{0, 10}, {0, 0}, {3.6, 0}, {5.4, .8}, {6, 2.6}, {5.4, 4.4}, {3.6, 5.2}, {0, 5.2}, kLift, {3.2, 5.2}, {6, 10}};
+
 struct Glyph {
     char letter;
     double width;
@@ -35,7 +42,8 @@ struct Glyph {
 };
 constexpr Glyph kGlyphs[] = {{'0', 6, kZero},  {'1', 6, kOne},   {'2', 6, kTwo},   {'3', 6, kThree}, {'4', 6, kFour},
                              {'5', 6, kFive},  {'6', 6, kSix},   {'7', 6, kSeven}, {'8', 6, kEight}, {'9', 6, kNine},
-                             {'.', 1.2, kDot}, {'-', 6, kMinus}, {'m', 8, kM}};
+                             {'.', 1.2, kDot}, {'-', 6, kMinus}, {'m', 8, kM},     {'A', 6, kA},
+                             {'F', 6, kF},     {'H', 6, kH},     {'L', 6, kL},   {'P', 6, kP},     {'R', 6, kR}};
 constexpr double kGlyphHeight = 10.0;
 constexpr double kGlyphGap = 2.6;
 constexpr double kSpaceWidth = 2.0;
@@ -121,6 +129,46 @@ void Canvas::fill_ball(PixelPoint centre, double radius, const Ink& ink) {
         const double facing = std::max(0.0, -0.5 * x - 0.6 * y + 0.62 * z);
         light = 0.28 * (facing - 0.6) + 0.55 * std::pow(facing, 18.0);
         return inside_share(std::hypot(p.x - centre.x, p.y - centre.y) - radius);
+    });
+}
+
+void Canvas::fill_quad(const std::array<PixelPoint, 4>& corners, const Ink& ink) {
+    PixelPoint lo = corners[0], hi = corners[0];
+    double area = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const PixelPoint a = corners[k], b = corners[(k + 1) % 4];
+        lo = {std::min(lo.x, a.x), std::min(lo.y, a.y)};
+        hi = {std::max(hi.x, a.x), std::max(hi.y, a.y)};
+        area += a.x * b.y - b.x * a.y;
+    }
+    const double side = area < 0.0 ? -1.0 : 1.0;
+    paint(lo, hi, ink, [&](PixelPoint p, double&) {
+        double outside = -1e9; // signed distance to the nearest edge's line
+        for (std::size_t k = 0; k < 4; ++k) {
+            const PixelPoint a = corners[k], b = corners[(k + 1) % 4];
+            const double length = std::hypot(b.x - a.x, b.y - a.y);
+            if (length > 0.0) outside = std::max(outside, -side * ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)) / length);
+        }
+        return inside_share(outside);
+    });
+}
+
+void Canvas::draw_letter(char letter, PixelPoint middle, PixelPoint across, PixelPoint down, double line_width, const Ink& ink) {
+    const Glyph* glyph = find_glyph(letter);
+    if (glyph == nullptr) return;
+    const auto place = [&](PixelPoint g) {
+        const double x = (g.x - 0.5 * glyph->width) / kGlyphHeight, y = g.y / kGlyphHeight - 0.5;
+        return PixelPoint{middle.x + x * across.x + y * down.x, middle.y + x * across.y + y * down.y};
+    };
+    const double reach = 0.5 * (std::hypot(across.x, across.y) + std::hypot(down.x, down.y)) + line_width;
+    paint({middle.x - reach, middle.y - reach}, {middle.x + reach, middle.y + reach}, ink, [&](PixelPoint p, double&) {
+        double nearest = 1e9;
+        for (std::size_t i = 0; i + 1 < glyph->strokes.size(); ++i) {
+            const PixelPoint a = glyph->strokes[i], b = glyph->strokes[i + 1];
+            if (a.x < -0.5 || b.x < -0.5) continue; // pen up
+            nearest = std::min(nearest, segment_distance(p, place(a), place(b)));
+        }
+        return inside_share(nearest - 0.5 * line_width);
     });
 }
 

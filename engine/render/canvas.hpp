@@ -31,9 +31,13 @@ public:
     /// A shaded ball, lit from the upper left.
     void fill_ball(PixelPoint centre, double radius, const Ink& ink);
 
-    /// Digits, dot, minus, space and the letter m, drawn with strokes; others leave a gap. `at` is the left end of the
+    /// Convex; corners in order, either way round.
+    void fill_quad(const std::array<PixelPoint, 4>& corners, const Ink& ink);
+    /// Digits, dot, minus, space and the letters m, A, F, H, L, P, R, drawn with strokes; others leave a gap. `at` is the left end of the
     /// base line. Returns nothing; text_width tells how wide it will be.
     void draw_text(PixelPoint at, double height, std::string_view text, const Ink& ink);
+    /// One of these letters as a slanted surface shows it. across, down   from its middle: one height of a letter to the right and down
+    void draw_letter(char letter, PixelPoint middle, PixelPoint across, PixelPoint down, double line_width, const Ink& ink);
     [[nodiscard]] static double text_width(double height, std::string_view text) noexcept;
 
 private:

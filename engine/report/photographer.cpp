@@ -1,5 +1,7 @@
 #include "engine/report/photographer.hpp"
 
+#include "engine/render/orientation.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,12 +60,15 @@ void Photographer::take(PictureView view, const Moment& moment, double time, std
     }
     const View shown = make_view(view, moment, width_, height_);
     const int width = static_cast<int>(width_), height = static_cast<int>(height_);
-    const Result<Picture> picture = view == PictureView::Fluoroscopy ? renderer_->fluoroscopy(shown.scene, shown.camera, width, height)
+    Result<Picture> picture = view == PictureView::Fluoroscopy ? renderer_->fluoroscopy(shown.scene, shown.camera, width, height)
                                                                      : renderer_->shaded(shown.scene, shown.camera, width, height);
     if (!picture) {
         give_up(picture.error().to_string(), notices);
         return;
     }
+    const ViewAxes axes = make_view_axes(shown.camera.look_at - shown.camera.eye, shown.camera.up);
+    draw_orientation_cube(axes, *picture);
+    draw_edge_letters(axes, *picture);
     const std::string file = fmt::format("{}_{:02}_t{:05.2f}s.png", view_name(view), taken_.size() + failed_.size() + 1, time);
     if (Result<void> written = write_png(folder_ / file, *picture); !written)
         failed_.push_back(written.error());

@@ -2,10 +2,12 @@
 
 #include "engine/report/outline.hpp"
 #include "engine/report/verdict.hpp"
+#include "engine/report/xray_frames.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
@@ -141,6 +143,24 @@ Sketch sketch_energy() {
                                   int{kTime}, int{kElastic}, int{kKinetic});
     return sketch;
 }
+
+constexpr const char* kContrastFile = "contrast.txt";
+
+/// The time-density curve: iodine where the targets are, and in all vessels.
+Sketch sketch_contrast(const RunRecord& record) {
+    Sketch sketch;
+    sketch.plot = {"contrast", "Contrast over time", "Iodine in the blood at the targets, at every frame (the time-density curve), and in all vessels.", {}};
+    sketch.commands = "set ylabel 'iodine at a target [mg/ml]' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\n"
+                      "set y2label 'in all vessels [mg]' textcolor rgb '#6b7280' offset -1,0\nset y2range [0:*]\nset y2tics\nset rmargin 9\n";
+    sketch.commands += fmt::format("plot '{}' using 2:(1e6*$4) axes x1y2 with filledcurves y=0 fc rgb '#d5dbe6' title 'in all vessels'", kContrastFile);
+    constexpr std::array<const char*, 4> kColours{"#2158d6", "#d97706", "#0f8a6d", "#7c3aed"};
+    for (std::size_t i = 0; i < record.scene.targets.size(); ++i)
+        sketch.commands += fmt::format(", '' using 2:{} with linespoints lw 1.8 pt 7 ps 0.4 lc rgb '{}' title {}", 6 + i, kColours[i % kColours.size()],
+                                       quote_for_gnuplot(record.scene.targets[i].name));
+    return sketch;
+}
+
+bool has_contrast(const RunRecord& record) { return record.xrays != nullptr && !record.xrays->contrast_curve().empty(); }
 
 bool has_route(const RunRecord& record) {
     const std::vector<InstrumentModel>& instruments = record.prepared.model.instruments;
@@ -287,6 +307,7 @@ std::vector<Sketch> make_sketches(const RunRecord& record) {
         if (varies(record, [](const CurvePoint& p) { return p.tip.x(); }, [](const CurvePoint& p) { return p.tip.y(); },
                    [](const CurvePoint& p) { return p.tip.z(); }))
             for (const Projection& projection : projections()) sketches.push_back(sketch_path(record, projection));
+        if (has_contrast(record)) sketches.push_back(sketch_contrast(record));
         if (varies(record, [](const CurvePoint& p) { return p.force_n.max; })) sketches.push_back(sketch_force());
     }
     if (record.prepared.model.effects.coarse_contact &&
@@ -310,6 +331,11 @@ Result<std::vector<Plot>> make_plots(const RunRecord& record) {
     std::vector<PlotData> data{{kCurveFile, curve_text(curve), kCurveColumns}};
     if (!record.prepared.model.instruments.empty())
         for (const Projection& projection : projections()) add_path_files(record, projection, data);
+    if (has_contrast(record)) {
+        std::string columns = "step,time_s,injected_kg,in_vessels_kg,washed_out_kg";
+        for (const SceneTarget& target : record.scene.targets) columns += fmt::format(",iodine_{}_kg_m3", target.name);
+        data.push_back({kContrastFile, record.xrays->contrast_curve(), columns});
+    }
     std::vector<Sketch> sketches = make_sketches(record);
     for (Sketch& sketch : sketches)
         sketch.commands = fmt::format("file = '{}'\nset xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\nset xrange [0:{}]\n{}",

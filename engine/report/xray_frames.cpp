@@ -5,11 +5,13 @@
 #include "engine/fluoroscopy/grey_png.hpp"
 #include "engine/fluoroscopy/matter.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/report/lettered_frame.hpp"
 #include "engine/report/output_folder.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <numbers>
 
 namespace trocar::engine {
@@ -61,12 +63,8 @@ Result<std::unique_ptr<XrayFrames>> XrayFrames::make(const Scene& scene, const P
 Result<void> XrayFrames::check_sources() const {
     const State start = make_initial_state(prepared_.model);
     for (std::size_t i = 0; i < cameras_.size(); ++i)
-        if (Result<void> outside = patient_.check_source(start, cameras_[i]->scope.view()); !outside) {
-            Error error = outside.error();
-            error.file = scene_.file.string();
-            error.key = fmt::format("outputs.fluoroscopy.views[{}].sod", i);
-            return error;
-        }
+        if (Result<void> outside = patient_.check_source(start, cameras_[i]->scope.view()); !outside)
+            return scene_error(scene_, fmt::format("outputs.fluoroscopy.views[{}].sod", i), outside.error().message);
     return {};
 }
 
@@ -121,7 +119,7 @@ void XrayFrames::take_view(Camera& camera, const State& state) {
         }
     if (view.display != XrayDisplay::Linear && film_bytes_ + frame.values.size() <= kMostFilmBytes) {
         film_bytes_ += frame.values.size();
-        camera.film.push_back(frame);
+        camera.film.push_back(lettered_frame(frame, now.beam));
     }
     if (!view.dicom) return;
     const std::size_t bytes = frame.values.size() * sizeof(frame.values[0]);
@@ -147,7 +145,7 @@ void XrayFrames::finish() {
         note(write_file_atomically(place / "contrast.csv", head + "\n" + curve_rows_));
     }
     for (const auto& camera : cameras_) {
-        if (camera->film.size() < 2) continue;
+        if (camera->film.empty()) continue;
         const Result<std::string> bytes = encode_film(camera->film, camera->series.frame_time);
         camera->film_file = fmt::format("{}/{}_film.png", output_name::kFluoro, camera->scope.view().name);
         note(bytes ? write_file_atomically(folder_ / camera->film_file, *bytes) : Result<void>(bytes.error()));
@@ -157,6 +155,12 @@ void XrayFrames::finish() {
         const Result<std::string> bytes = encode_dicom(camera->scope.view(), camera->series);
         note(bytes ? write_file_atomically(place / (camera->scope.view().name + ".dcm"), *bytes) : Result<void>(bytes.error()));
     }
+}
+
+std::string XrayFrames::contrast_curve() const {
+    std::string rows = injected_ > 0.0 ? curve_rows_ : std::string();
+    std::replace(rows.begin(), rows.end(), ',', ' ');
+    return rows;
 }
 
 std::vector<XrayFrames::Shown> XrayFrames::shown() const {

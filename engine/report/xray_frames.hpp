@@ -40,6 +40,9 @@ public:
     [[nodiscard]] nlohmann::ordered_json views() const;
     /// "fluoroscopy" of summary.json: the photons' energy, what attenuates by how much, contrast's balance.
     [[nodiscard]] nlohmann::ordered_json facts() const;
+    /// Contrast at each frame, as contrast.csv has it: a row for each, blanks between step, time [s], injected, in the vessels, washed out [kg of iodine],
+    /// then at every target [kg/m^3]. Empty: none was injected.
+    [[nodiscard]] std::string contrast_curve() const;
 
 private:
     struct Camera; // a view and what its frames have come to

@@ -81,7 +81,12 @@ void Client::frame_is_due() {
     write_next();
 }
 
-/// Answers first, then the latest frame, then the status that belongs to it.
+void Client::xray_is_due() {
+    xray_due_ = true;
+    write_next();
+}
+
+/// Answers first, then the status that belongs to the frame that went, the latest X-ray picture, the latest frame.
 void Client::write_next() {
     if (writing_ || !open_ || closing_) return;
     if (!out_.empty()) {
@@ -91,6 +96,9 @@ void Client::write_next() {
     } else if (status_of_ != 0) {
         status_of_ = 0;
         write({std::make_shared<const std::string>(hub_.status_for(number_, plot_cursor_)), false});
+    } else if (xray_due_) {
+        xray_due_ = false;
+        write({hub_.xray(), true});
     } else if (frame_due_) {
         frame_due_ = false;
         const auto frame = hub_.frames().encode(base_);

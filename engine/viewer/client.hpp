@@ -24,6 +24,9 @@ public:
     [[nodiscard]] bool wants_spheres() const noexcept override { return spheres_; }
     void show_spheres(bool on) noexcept override { spheres_ = on; }
     void frame_is_due() override;
+    [[nodiscard]] bool wants_xray() const noexcept override { return xray_; }
+    void show_xray(bool on) noexcept override { xray_ = on; }
+    void xray_is_due() override;
 
 private:
     struct Message {
@@ -48,6 +51,7 @@ private:
     std::uint32_t status_of_ = 0; // the frame that was last written without its status yet
     std::uint64_t plot_cursor_ = 0;
     bool open_ = false, writing_ = false, frame_due_ = false, spheres_ = false, closing_ = false;
+    bool xray_ = false, xray_due_ = false;
 };
 
 } // namespace trocar::engine::viewer

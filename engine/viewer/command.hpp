@@ -41,11 +41,13 @@ struct Grab {
     Vec3 target = Vec3::Zero();         // m
 };
 struct LetGo {};
+/// Contrast agent, as the scene's effect says, from now on.
+struct Inject {};
 struct Restart {};
 /// Asks for the hash of the state as it stands, for a recording that is taken away.
 struct Seal {};
 
-using Command = std::variant<Drive, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Restart, Seal>;
+using Command = std::variant<Drive, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Inject, Restart, Seal>;
 
 inline constexpr double kSlowestPace = 0.05;
 /// s per step: the range of the budget that a person may set.

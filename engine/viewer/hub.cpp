@@ -14,6 +14,8 @@ constexpr std::chrono::milliseconds kTick{2};
 /// ns between two frames at least: about 65 a second, a little more than screens show. One that shows what a command did goes at once, as
 /// often as that in between.
 constexpr std::int64_t kFrameInterval = 15'000'000;
+/// ns; where all look at the X-ray monitor, whose pictures are its own.
+constexpr std::int64_t kXrayFrameInterval = 60'000'000;
 /// ns; a drive command that was not repeated for so long ends: its page hangs, or its connection does.
 constexpr std::int64_t kDriveTimeout = 600'000'000;
 /// Until the next try where a connection could not be accepted.
@@ -26,7 +28,7 @@ constexpr std::size_t kMostWaiting = 16;
 } // namespace
 
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
-    : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)) {
+    : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange) {
     scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
     for (const EffectDescriptor* effect : registered_effects())
         if (!session.permits(*effect)) range_.missing.push_back(effect);
@@ -86,12 +88,21 @@ void Hub::tick() {
     answer_sealed();
     check_driver(now);
     take_snapshot(now);
+    take_xray();
+}
+
+void Hub::take_xray() {
+    auto picture = monitor_.take();
+    if (picture == nullptr) return;
+    xray_ = std::move(picture);
+    for (const auto& [number, weak] : clients_)
+        if (const auto client = weak.lock(); client != nullptr && client->wants_xray()) client->xray_is_due();
 }
 
 /// Only what can be sent to a viewer now: the simulation copies the next one when this one was taken.
 void Hub::take_snapshot(std::int64_t now) {
     const std::uint64_t answers = exchange_.answers.load(std::memory_order_acquire);
-    const bool early = now - last_frame_ns_ < kFrameInterval;
+    const bool early = now - last_frame_ns_ < (all_see_xray_ ? kXrayFrameInterval : kFrameInterval);
     if (early && (answers == answers_shown_ || now - last_answer_ns_ < kFrameInterval)) return;
     bool ready = false;
     for (const auto& [number, weak] : clients_)
@@ -154,9 +165,15 @@ void Hub::leave(unsigned client) {
 }
 
 void Hub::update_wishes() {
-    bool spheres = false;
+    bool spheres = false, xray = false, surfaces = false;
     for (const auto& [number, weak] : clients_)
-        if (const auto client = weak.lock()) spheres = spheres || client->wants_spheres();
+        if (const auto client = weak.lock()) {
+            spheres = spheres || client->wants_spheres();
+            (client->wants_xray() ? xray : surfaces) = true;
+        }
+    all_see_xray_ = xray && !surfaces;
+    exchange_.xray_wanted.store(xray, std::memory_order_relaxed);
+    monitor_.show(xray);
     exchange_.spheres.store(spheres, std::memory_order_relaxed);
     exchange_.viewers.store(static_cast<unsigned>(clients_.size()), std::memory_order_relaxed);
 }
@@ -166,6 +183,18 @@ std::string Hub::handle(unsigned client, const Request& request) {
     if (const auto* show = std::get_if<ShowSpheres>(&request)) {
         if (const auto asking = clients_[client].lock()) asking->show_spheres(show->on);
         update_wishes();
+    } else if (const auto* xray = std::get_if<ShowXray>(&request)) {
+        if (const auto asking = clients_[client].lock()) {
+            asking->show_xray(xray->on);
+            if (xray->on && xray_ != nullptr) asking->xray_is_due(); // what the others see
+        }
+        update_wishes();
+    } else if (const auto* set = std::get_if<SetXray>(&request)) {
+        if (std::string refused = refuse(client); !refused.empty()) return refused;
+        monitor_.set(set->settings);
+    } else if (std::holds_alternative<TakeMask>(request)) {
+        if (std::string refused = refuse(client); !refused.empty()) return refused;
+        monitor_.take_mask();
     } else if (std::holds_alternative<TakeSeat>(request)) {
         if (driver_ != 0 && driver_ != client)
             return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
@@ -177,9 +206,13 @@ std::string Hub::handle(unsigned client, const Request& request) {
     return {};
 }
 
+std::string Hub::refuse(unsigned client) const {
+    if (driver_ == client) return {};
+    return error_message(driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_));
+}
+
 std::string Hub::command(unsigned client, const Command& command) {
-    if (driver_ != client)
-        return error_message(driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_));
+    if (std::string refused = refuse(client); !refused.empty()) return refused;
     if (!exchange_.commands.push(command)) return error_message("too many commands wait for the next step; this one is dropped");
     if (const auto* drive = std::get_if<Drive>(&command)) {
         drive_moves_ = drive->insertion != 0.0 || drive->rotation != 0.0;

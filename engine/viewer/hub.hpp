@@ -4,6 +4,7 @@
 #include "engine/viewer/frame.hpp"
 #include "engine/viewer/gate.hpp"
 #include "engine/viewer/messages.hpp"
+#include "engine/viewer/xray_monitor.hpp"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -33,6 +34,10 @@ public:
     [[nodiscard]] virtual bool is_idle() const noexcept = 0;
     [[nodiscard]] virtual bool wants_spheres() const noexcept = 0;
     virtual void show_spheres(bool on) noexcept = 0;
+    [[nodiscard]] virtual bool wants_xray() const noexcept = 0;
+    virtual void show_xray(bool on) noexcept = 0;
+    /// There is a new picture of the X-ray monitor.
+    virtual void xray_is_due() = 0;
     /// There is a new one.
     virtual void frame_is_due() = 0;
 };
@@ -61,6 +66,8 @@ public:
     [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
     [[nodiscard]] const CommandRange& range() const noexcept { return range_; }
     [[nodiscard]] FrameStore& frames() noexcept { return frames_; }
+    /// The X-ray monitor's last picture; nullptr: none yet.
+    [[nodiscard]] const std::shared_ptr<const std::string>& xray() const noexcept { return xray_; }
     [[nodiscard]] bool has_free_place() const noexcept { return clients_.size() < kMostViewers; }
 
     /// A viewer has come; its number. The first one drives.
@@ -87,8 +94,11 @@ public:
 private:
     void tick();
     void take_snapshot(std::int64_t now);
+    void take_xray();
     void answer_sealed();
     void check_driver(std::int64_t now);
+    /// Empty: this viewer drives.
+    [[nodiscard]] std::string refuse(unsigned client) const;
     [[nodiscard]] std::string command(unsigned client, const Command& command);
     void stop_drive();
     void let_tissue_go();
@@ -101,6 +111,8 @@ private:
     Gate gate_{"", 0, true};
     CommandRange range_;
     FrameStore frames_;
+    XrayMonitor monitor_;
+    std::shared_ptr<const std::string> xray_; // its last picture
     PlotHistory plot_;
     std::shared_ptr<const std::string> scene_text_;
     std::vector<std::shared_ptr<const std::string>> model_messages_;
@@ -111,7 +123,7 @@ private:
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;
     std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0, last_answer_ns_ = 0; // an answer: a frame before its time
-    bool drive_moves_ = false, stop_is_due_ = false, let_go_is_due_ = false;
+    bool drive_moves_ = false, stop_is_due_ = false, let_go_is_due_ = false, all_see_xray_ = false;
     std::deque<std::weak_ptr<Newcomer>> newcomers_; // the oldest first
     boost::asio::io_context io_{1}; // goes before the rest: what waits in it still refers to that
     boost::asio::steady_timer timer_{io_}, pause_{io_};

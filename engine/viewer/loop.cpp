@@ -1,5 +1,7 @@
 #include "engine/viewer/loop.hpp"
 
+#include "engine/fluoroscopy/patient.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,6 +55,7 @@ public:
                 meter_.pause();
                 due_ = 0;
                 show(changed);
+                show_xray(changed);
                 wait_until_ns(monotonic_ns() + kIdleNap);
                 continue;
             }
@@ -60,6 +63,7 @@ public:
             note(session_.step());
             ++taken;
             show(true);
+            show_xray(true);
         }
     }
 
@@ -135,6 +139,15 @@ private:
         behind_ = false;
     }
 
+    /// The same for the X-ray monitor, which takes the next one when it is ready.
+    void show_xray(bool changed) {
+        xray_behind_ = xray_behind_ || changed;
+        if (!xray_behind_ || !exchange_.xray_wanted.load(std::memory_order_relaxed) || !exchange_.xray.taken()) return;
+        update_visible_part(session_.model(), session_.simulator().state(), exchange_.xray.back());
+        exchange_.xray.publish();
+        xray_behind_ = false;
+    }
+
     Session& session_;
     Exchange& exchange_;
     const LoopOptions& options_;
@@ -144,6 +157,7 @@ private:
     std::int64_t due_ = 0;
     bool begun_;              // steps may be taken
     bool behind_ = true;      // the published snapshot is out of date
+    bool xray_behind_ = true; // likewise the monitor's
     bool answer_due_ = false; // a command was applied after that
     std::uint64_t seals_ = 0;
 };
@@ -154,6 +168,7 @@ void open_exchange(Session& session, Exchange& exchange) {
     for (Snapshot& place : exchange.snapshot.places()) prepare_snapshot(session, place);
     fill_snapshot(session, false, exchange.snapshot.back());
     exchange.snapshot.publish();
+    exchange.xray.places().fill(visible_part(session.simulator().state()));
 }
 
 void run_loop(Session& session, Exchange& exchange, const LoopOptions& options, RunStatistics& tally) {

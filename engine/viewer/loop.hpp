@@ -40,6 +40,8 @@ struct Exchange {
     boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;           // simulation -> network
     std::atomic<std::uint64_t> steps_not_shown{0};                                           // the queue was full
     Latest<Snapshot> snapshot;
+    Latest<State> xray;                    // visible_part, for the X-ray monitor
+    std::atomic<bool> xray_wanted{false};  // a viewer shows it
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
     Latest<Sealed> sealed;                 // answers to Seal
     std::atomic<unsigned> viewers{0};      // no viewer: nothing is copied

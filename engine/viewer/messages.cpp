@@ -83,6 +83,15 @@ Json describe_budget(const BudgetLimits& limits) {
     return budget;
 }
 
+/// s and mg; null where the scene has no contrast.
+Json describe_injection(const Snapshot& snapshot) {
+    const auto& injection = snapshot.status.injection;
+    if (!injection) return nullptr;
+    const auto& [injected, in_vessels, washed_out] = snapshot.contrast;
+    return {{"start_s", injection->start}, {"duration_s", injection->duration}, {"injected_mg", 1e6 * injected},
+            {"in_vessels_mg", 1e6 * in_vessels}, {"washed_out_mg", 1e6 * washed_out}};
+}
+
 Json describe_steps(const PlotHistory& plot, std::uint64_t& cursor) {
     Json steps = Json::array();
     std::uint64_t begin = std::max(cursor, plot.first());
@@ -186,6 +195,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"spheres_left_out", snapshot.spheres_left_out},
                     {"recorded", snapshot.recorded_steps},
                     {"repeatable", snapshot.repeatable},
+                    {"injection", describe_injection(snapshot)},
                     {"work_enough", snapshot.work_enough},
                     {"not_shown", not_shown}});
     message["steps"] = describe_steps(plot, cursor);
@@ -198,6 +208,7 @@ std::string pong_message(double number) { return dump({{"type", "pong"}, {"numbe
 
 CommandRange range_of(const SceneModel& model) {
     CommandRange range;
+    range.contrast = effects::find_injection(model).has_value();
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         range.vertices.push_back(model.bodies[i].surface.vertices.size());
         range.pullable.push_back(can_be_pulled(model, i));

@@ -136,6 +136,26 @@ Request read_grab(Members& members, const CommandRange& range) {
     return Command{grab};
 }
 
+Request read_carm(Members& members) {
+    SetXray set;
+    XraySettings& to = set.settings;
+    to.primary = members.number("primary", -kMostPrimary, kMostPrimary);
+    to.secondary = members.number("secondary", -kMostSecondary, kMostSecondary);
+    to.zoom = members.number("zoom", 1.0, kMostZoom);
+    to.at_tip = members.flag("at_tip");
+    to.edge = static_cast<unsigned>(members.whole("pixels", kLeastXrayEdge, kMostXrayEdgeShown));
+    const std::string display = members.word("display");
+    if (display == "log")
+        to.display = XrayDisplay::Log;
+    else if (display == "subtraction")
+        to.display = XrayDisplay::Subtraction;
+    else if (display == "roadmap")
+        to.display = XrayDisplay::Roadmap;
+    else
+        members.complain(fmt::format("\"display\" is \"{}\"; expected log, subtraction or roadmap", shown(display)));
+    return set;
+}
+
 using Reader = std::function<Request(Members&, const CommandRange&)>;
 
 const std::map<std::string, Reader, std::less<>>& readers() {
@@ -152,8 +172,16 @@ const std::map<std::string, Reader, std::less<>>& readers() {
         {"effect", read_effect},
         {"grab", read_grab},
         {"let_go", [](Members&, const CommandRange&) -> Request { return Command{LetGo{}}; }},
+        {"inject",
+         [](Members& m, const CommandRange& range) -> Request {
+             if (!range.contrast) m.complain("the scene has no contrast; expected the effect \"contrast\" in it");
+             return Command{Inject{}};
+         }},
         {"restart", [](Members&, const CommandRange&) -> Request { return Command{Restart{}}; }},
         {"spheres", [](Members& m, const CommandRange&) -> Request { return ShowSpheres{m.flag("on")}; }},
+        {"xray", [](Members& m, const CommandRange&) -> Request { return ShowXray{m.flag("on")}; }},
+        {"carm", [](Members& m, const CommandRange&) -> Request { return read_carm(m); }},
+        {"mask", [](Members&, const CommandRange&) -> Request { return TakeMask{}; }},
         {"take", [](Members&, const CommandRange&) -> Request { return TakeSeat{}; }},
         {"leave", [](Members&, const CommandRange&) -> Request { return LeaveSeat{}; }},
         {"ping", [](Members& m, const CommandRange&) -> Request { return Ping{m.number("number", 0.0, 1e15)}; }},

@@ -4,6 +4,7 @@
 
 #include "base/result.hpp"
 #include "engine/viewer/command.hpp"
+#include "engine/viewer/xray_settings.hpp"
 
 #include <string_view>
 #include <variant>
@@ -16,12 +17,22 @@ struct CommandRange {
     std::vector<std::size_t> vertices; // [body] of its surface
     std::vector<bool> pullable;        // [body]
     std::vector<const EffectDescriptor*> missing{}; // effects that can be switched, but not in this scene
+    bool contrast = false;                          // can be injected
 };
 
 /// About this viewer alone.
 struct ShowSpheres {
     bool on = false;
 };
+struct ShowXray {
+    bool on = false;
+};
+/// Of the X-ray monitor, which all viewers share: the driver's.
+struct SetXray {
+    XraySettings settings;
+};
+/// The next frame is the mask that subtraction and roadmap begin from.
+struct TakeMask {};
 /// The driver's seat: taken where it is free, given up.
 struct TakeSeat {};
 struct LeaveSeat {};
@@ -30,7 +41,7 @@ struct Ping {
     double number = 0.0;
 };
 
-using Request = std::variant<Command, ShowSpheres, TakeSeat, LeaveSeat, Ping>;
+using Request = std::variant<Command, ShowSpheres, ShowXray, SetXray, TakeMask, TakeSeat, LeaveSeat, Ping>;
 
 /// Bytes of a message at most; a pull, the longest, takes about 150.
 inline constexpr std::size_t kLongestMessage = 2048;

@@ -17,9 +17,19 @@ constexpr std::array<const char*, kSpoilerCount> kReasons = {
     "the budget was changed on the way",
     "an effect was switched on the way",
     "tissue was pulled by the user: a path holds drive commands alone",
+    "contrast was injected a second time: a scene has one injection",
+    "contrast was injected, and the scene lists its effects by name: a start has no place there. \"effects\" as an object has one",
     "the recording was full; what came later is missing",
     "the run stopped: its state left its bounds",
 };
+
+/// Of a run: the injection's start, in the scene's units. Empty: as the scene says.
+std::string injection_option(const Scene& scene, double start) {
+    if (start < 0.0) return {};
+    const auto inside = scene.positions.lower_bound("effects.contrast.");
+    if (inside != scene.positions.end() && inside->first.starts_with("effects.contrast.")) return fmt::format(" --set /effects/contrast/start={}", start);
+    return fmt::format(" --set '/effects/contrast={{\"start\": {}}}'", start);
+}
 
 } // namespace
 
@@ -33,11 +43,22 @@ DriveCommand Recording::position_of(const PathRow& row) const noexcept {
     return {row.insertion * length_unit_, row.rotation * angle_unit_};
 }
 
+/// Not before `time`.
+double Recording::in_units(double time) const noexcept {
+    double value = time / time_unit_;
+    while (value * time_unit_ < time) value = std::nextafter(value, std::numeric_limits<double>::infinity());
+    return value;
+}
+
+/// With a time that lay before its own a reader would already interpolate towards the next row.
 PathRow Recording::row_of(double time, const DriveCommand& position) const noexcept {
-    PathRow row{time / time_unit_, position.insertion / length_unit_, position.rotation / angle_unit_};
-    // Not before `time`, or a reader would already interpolate towards the next row.
-    while (row.time * time_unit_ < time) row.time = std::nextafter(row.time, std::numeric_limits<double>::infinity());
-    return row;
+    return {in_units(time), position.insertion / length_unit_, position.rotation / angle_unit_};
+}
+
+double Recording::add_injection(double time) noexcept {
+    const double start = in_units(time);
+    injection_.store(start, std::memory_order_relaxed);
+    return start * time_unit_;
 }
 
 DriveCommand Recording::add(double time, const DriveCommand& wanted) noexcept {
@@ -62,8 +83,8 @@ std::string Recording::text(const Scene& scene, std::size_t steps, std::uint64_t
     budget.limits = limits_;
     std::string out = fmt::format("# Drive positions of an interactive run of {}, {} steps.\n", project_path(scene.file), steps);
     if (repeatable())
-        out += fmt::format("# Bit for bit: trocar run {} --budget {} -n {} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
-                           budget.to_string(), steps);
+        out += fmt::format("# Bit for bit: trocar run {} --budget {} -n {}{} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
+                           budget.to_string(), steps, injection_option(scene, injection_.load(std::memory_order_relaxed)));
     for (std::size_t i = 0; i < kSpoilerCount; ++i)
         if (spoiled(static_cast<Spoiler>(i))) out += fmt::format("# Not repeated bit for bit by this file: {}.\n", kReasons[i]);
     out += fmt::format("# state_hash {:016x}\nt,insertion,rotation\n", state_hash);

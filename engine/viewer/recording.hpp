@@ -14,8 +14,8 @@
 namespace trocar::engine::viewer {
 
 /// Events that a file of drive positions cannot hold: a run that had one is not repeated by the file.
-enum class Spoiler : std::uint8_t { WallBudget, BudgetChanged, EffectSwitched, TissuePulled, Full, Stopped };
-inline constexpr std::size_t kSpoilerCount = 6;
+enum class Spoiler : std::uint8_t { WallBudget, BudgetChanged, EffectSwitched, TissuePulled, InjectedAgain, InjectedInList, Full, Stopped };
+inline constexpr std::size_t kSpoilerCount = 8;
 
 /// One run, from its first step. One thread appends, others may read what is there at any time: nothing moves in memory.
 class Recording {
@@ -32,6 +32,9 @@ public:
     [[nodiscard]] bool spoiled(Spoiler by) const noexcept {
         return (spoilers_.load(std::memory_order_relaxed) >> static_cast<unsigned>(by)) & 1u;
     }
+    /// Contrast is injected from that time [s] on, instead of when the scene says: an option of the run that repeats this one.
+    /// returns   s, the nearest start that the scene's units write, not before `time`
+    double add_injection(double time) noexcept;
     [[nodiscard]] bool repeatable() const noexcept { return spoilers_.load(std::memory_order_relaxed) == 0; }
 
     [[nodiscard]] DriveCommand start() const noexcept { return position_of(rows_.front()); }
@@ -45,6 +48,7 @@ public:
 private:
     [[nodiscard]] DriveCommand position_of(const PathRow& row) const noexcept;
     [[nodiscard]] PathRow row_of(double time, const DriveCommand& position) const noexcept;
+    [[nodiscard]] double in_units(double time) const noexcept;
     [[nodiscard]] double seconds(const PathRow& row) const noexcept { return row.time * time_unit_; }
 
     double time_unit_, length_unit_, angle_unit_; // SI value of the scene's
@@ -52,6 +56,7 @@ private:
     std::vector<PathRow> rows_; // [kCapacity + 1] in the scene's units, the first at time 0
     std::atomic<std::size_t> count_;
     std::atomic<unsigned> spoilers_{0};
+    std::atomic<double> injection_{-1.0}; // in the scene's units; below 0: as the scene says
 };
 
 } // namespace trocar::engine::viewer

@@ -40,6 +40,7 @@ Session::Session(const Scene& scene, const PreparedScene& prepared, std::functio
     for (const EffectDescriptor* effect : registered_effects())
         permitted_[index_of(*effect)] = status_.effects[index_of(*effect)] = effect->scale != nullptr && has_effect(model_, *effect);
     status_.budget = model_.budget;
+    injection_ = effects::find_injection(model_);
     if (has_instrument()) {
         script_ = model_.instruments[kLeadInstrument].path;
         has_script_ = model_.instruments[kLeadInstrument].route.has_value() || !script_.empty();
@@ -58,6 +59,8 @@ void Session::begin_run() {
         if (permits(*effect)) inputs_.live.set(*effect, status_.effects[index_of(*effect)] ? 1.0 : 0.0);
     inputs_.drive.assign(model_.instruments.size(), std::nullopt);
     inputs_.pull.reset();
+    status_.injection = injection_;
+    if (injection_) effects::set_injection_start(model_, injection_->start);
     simulator_.emplace(model_, status_.budget);
     if (equip_) equip_(*simulator_);
     status_.grabbed = false;
@@ -113,9 +116,22 @@ void Session::apply(const Command& command) {
                        inputs_.pull.reset();
                        status_.grabbed = false;
                    },
+                   [&](const Inject&) { inject(); },
                    [&](const Restart&) { begin_run(); }, [&](const Seal&) {}, // the loop's
                },
                command);
+}
+
+/// What the scene injects, from now on. While it is being injected, nothing.
+void Session::inject() {
+    if (!status_.injection || !recording_) return; // contrast flows where an instrument is
+    effects::Injection& injection = *status_.injection;
+    const double now = simulator_->state().time;
+    if (now >= injection.start && now < injection.start + injection.duration) return;
+    if (now > injection.start) recording_->spoil(Spoiler::InjectedAgain);
+    if (scene_.positions.contains("effects[0]")) recording_->spoil(Spoiler::InjectedInList);
+    injection.start = recording_->add_injection(now);
+    effects::set_injection_start(model_, injection.start);
 }
 
 void Session::switch_effect(const EffectDescriptor& effect, bool on) {

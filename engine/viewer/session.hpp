@@ -2,6 +2,7 @@
 // follows from the commands and the steps between which they came.
 #pragma once
 
+#include "engine/effects/contrast/contrast.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
@@ -24,6 +25,7 @@ struct SessionStatus {
     Drive drive;
     BudgetLimits budget;
     std::array<bool, kMostEffects> effects{}; // as registered_effects(): on
+    std::optional<effects::Injection> injection; // of this run, by the scene or by command; none: it has no contrast
 };
 
 class Session {
@@ -62,6 +64,7 @@ private:
     [[nodiscard]] std::shared_ptr<Recording> begin_recording() const;
     void follow_drive_command();
     [[nodiscard]] DriveCommand wanted_drive_command();
+    void inject();
     void switch_effect(const EffectDescriptor& effect, bool on);
     void fade_effects();
 
@@ -70,6 +73,7 @@ private:
     Inputs inputs_;    // of the next step
     std::vector<DriveRow> script_; // of the first instrument
     bool has_script_ = false;
+    std::optional<effects::Injection> injection_; // the scene's own
     std::array<bool, kMostEffects> permitted_{};
     std::function<void(Simulator&)> equip_;
     std::optional<Simulator> simulator_;

@@ -115,6 +115,7 @@ void fill_snapshot(Session& session, bool spheres, Snapshot& snapshot) {
     list_rod(session, snapshot);
     snapshot.status = session.status();
     snapshot.report = session.simulator().report();
+    snapshot.contrast = effects::measure_contrast(session.model(), session.simulator().raw_state());
     snapshot.assumed_error_m = session.assumed_error_m();
     snapshot.run = session.run();
     snapshot.work_enough = session.work_enough();

@@ -32,6 +32,7 @@ struct Snapshot {
     std::size_t contacts_left_out = 0, spheres_left_out = 0;
     SessionStatus status;
     StepReport report; // of the last step; its failure is what stopped the run
+    effects::ContrastBalance contrast;
     double assumed_error_m = 0.0;
     double pace = 1.0; // simulated s per s, over the last second
     std::uint64_t run = 0;

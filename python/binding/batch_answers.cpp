@@ -42,9 +42,9 @@ py::dtype BatchAnswers::outcome_dtype() {
     return py::dtype::from_args(fields);
 }
 
-BatchAnswers::BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool copy)
-    : count_(count), observation_size_(observation_size), copy_(copy), row_(outcome_dtype()),
-      final_observation_(zeros<float>({count, observation_size})) {
+BatchAnswers::BatchAnswers(py::ssize_t count, py::ssize_t observation_size, py::ssize_t devices, std::array<py::ssize_t, 3> picture, bool copy)
+    : count_(count), observation_size_(observation_size), devices_(devices), picture_(picture), copy_(copy), row_(outcome_dtype()),
+      final_observation_(zeros<float>({count, observation_size})), final_pixels_(zeros<std::uint8_t>({count, picture[0], picture[1], picture[2]})) {
     const py::dict offsets = row_.attr("fields");
     const auto row = static_cast<py::ssize_t>(sizeof(engine::OutcomeRow));
     const auto add = [&](const char* key, const char* member) {
@@ -63,16 +63,18 @@ BatchAnswers::BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool
     for (const Field& field : fields_) masks_[py::str("_{}").format(field.key)] = all;
     masks_["_success"] = all;
     last_ = make_arrays();
-    for (py::array array : {py::array(last_.observation), py::array(last_.reward), py::array(last_.terminated), py::array(last_.truncated), last_.outcome})
+    for (py::array array : {py::array(last_.observation), py::array(last_.reward), py::array(last_.terminated), py::array(last_.truncated), last_.outcome, py::array(last_.pixels), py::array(last_.tips)})
         std::memset(array.mutable_data(), 0, static_cast<std::size_t>(array.nbytes()));
     if (copy_) return;
-    views_ = {read_only(last_.observation), read_only(last_.reward), read_only(last_.terminated), read_only(last_.truncated), read_only(last_.outcome)};
+    views_ = {read_only(last_.observation), read_only(last_.reward), read_only(last_.terminated), read_only(last_.truncated), read_only(last_.outcome), read_only(last_.pixels),
+              read_only(last_.tips)};
     view_infos_ = make_infos(views_.outcome, views_.terminated);
 }
 
 AnswerArrays BatchAnswers::make_arrays() const {
     return {py::array_t<float>({count_, observation_size_}), py::array_t<double>(count_), py::array_t<bool>(count_), py::array_t<bool>(count_),
-            py::array(row_, std::vector<py::ssize_t>{count_})};
+            py::array(row_, std::vector<py::ssize_t>{count_}), py::array_t<std::uint8_t>({count_, picture_[0], picture_[1], picture_[2]}),
+            py::array_t<double>({picture_[2] > 0 ? count_ : py::ssize_t{0}, devices_, py::ssize_t{2}})};
 }
 
 py::dict BatchAnswers::make_infos(const py::array& outcome, const py::array& success) const {
@@ -100,11 +102,14 @@ BatchAnswers::Next BatchAnswers::next() const {
 
 engine::BatchArrays BatchAnswers::pointers(Next& next) {
     AnswerArrays& to = next.arrays;
-    return {to.observation.mutable_data(), final_observation_.mutable_data(), to.reward.mutable_data(), to.terminated.mutable_data(),
+    return {to.observation.mutable_data(), final_observation_.mutable_data(), to.pixels.mutable_data(), final_pixels_.mutable_data(), to.tips.mutable_data(), to.reward.mutable_data(), to.terminated.mutable_data(),
             to.truncated.mutable_data(), static_cast<engine::OutcomeRow*>(to.outcome.mutable_data())};
 }
 
 py::array BatchAnswers::outcome() const { return read_only(last_.outcome); }
+py::array BatchAnswers::pixels() const { return copy_ ? py::array(last_.pixels) : read_only(last_.pixels); }
+py::array BatchAnswers::tips() const { return copy_ ? py::array(last_.tips) : read_only(last_.tips); }
+py::array BatchAnswers::final_pixels() const { return read_only(final_pixels_); }
 py::array BatchAnswers::final_observation() const { return read_only(final_observation_); }
 
 } // namespace trocar::python

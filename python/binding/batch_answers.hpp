@@ -6,6 +6,7 @@
 
 #include <pybind11/numpy.h>
 
+#include <array>
 #include <vector>
 
 namespace trocar::python {
@@ -18,6 +19,8 @@ struct AnswerArrays {
     py::array_t<double> reward;
     py::array_t<bool> terminated, truncated;
     py::array outcome; // of BatchAnswers::outcome_dtype
+    py::array_t<std::uint8_t> pixels; // [rows][columns][channels] each; empty: no pictures are observed
+    py::array_t<double> tips;         // [devices][2] pixels, likewise
 };
 
 class BatchAnswers {
@@ -28,8 +31,9 @@ public:
         py::tuple told; // observations, rewards, terminated, truncated, infos
     };
 
-    /// copy   answers are arrays of their own; otherwise read-only views of one set, which every step overwrites
-    BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool copy);
+    /// copy      answers are arrays of their own; otherwise read-only views of one set, which every step overwrites
+    /// picture   rows, columns, channels; no channels: no pictures are observed
+    BatchAnswers(py::ssize_t count, py::ssize_t observation_size, py::ssize_t devices, std::array<py::ssize_t, 3> picture, bool copy);
 
     [[nodiscard]] Next next() const;
     /// Where the engine writes it.
@@ -40,6 +44,10 @@ public:
     /// Of the last answer, read-only; the second of the last episodes that ended.
     [[nodiscard]] py::array outcome() const;
     [[nodiscard]] py::array final_observation() const;
+    /// The last answer's own arrays, or read-only views as `copy` says; the third read-only.
+    [[nodiscard]] py::array pixels() const;
+    [[nodiscard]] py::array tips() const;
+    [[nodiscard]] py::array final_pixels() const;
     [[nodiscard]] static py::dtype outcome_dtype();
 
 private:
@@ -53,7 +61,8 @@ private:
     [[nodiscard]] AnswerArrays make_arrays() const;
     [[nodiscard]] py::dict make_infos(const py::array& outcome, const py::array& success) const;
 
-    py::ssize_t count_, observation_size_;
+    py::ssize_t count_, observation_size_, devices_;
+    std::array<py::ssize_t, 3> picture_;
     bool copy_;
     py::dtype row_;
     std::vector<Field> fields_;
@@ -61,6 +70,7 @@ private:
     py::dict masks_; // "_key": all true, for every field and the success
     AnswerArrays last_;
     py::array_t<float> final_observation_;
+    py::array_t<std::uint8_t> final_pixels_;
     AnswerArrays views_; // of last_, without copies
     py::dict view_infos_;
 };

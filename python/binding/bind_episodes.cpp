@@ -8,6 +8,7 @@
 #include "python/binding/errors.hpp"
 #include "python/binding/long_call.hpp"
 #include "python/binding/loaded_scene.hpp"
+#include "python/binding/pictures.hpp"
 #include "python/binding/simulator.hpp"
 
 #include <pybind11/stl.h>
@@ -79,12 +80,48 @@ PyTask make_task(const std::shared_ptr<LoadedScene>& scene, const py::dict& opti
     return {kept, value_of(std::move(*made))};
 }
 
+/// Of "view", "pixels" (columns, rows), "channels"; none: no pictures, not even when they are asked for.
+std::optional<engine::PixelOptions> pixel_options(const py::object& told) {
+    if (told.is_none()) return std::nullopt;
+    const py::dict given = told.cast<py::dict>();
+    engine::PixelOptions options;
+    options.view = given["view"].cast<std::string>();
+    options.pixels = given["pixels"].cast<std::array<unsigned, 2>>();
+    for (const int channel : given["channels"].cast<std::vector<int>>()) options.channels.push_back(static_cast<engine::PixelChannel>(channel));
+    return options;
+}
+
+/// A camera for each environment and task, copied from one of each task.
+std::vector<std::vector<engine::PixelCamera>> make_cameras(const std::vector<std::vector<PyTask>>& tasks, const std::optional<engine::PixelOptions>& options) {
+    std::vector<std::vector<engine::PixelCamera>> all;
+    if (!options) return all;
+    std::vector<std::pair<TaskPtr, engine::PixelCamera>> made;
+    const auto find = [&](const TaskPtr& task) { return std::find_if(made.begin(), made.end(), [&](const auto& one) { return one.first == task; }); };
+    for (const auto& each : tasks) {
+        std::vector<engine::PixelCamera>& own = all.emplace_back();
+        for (const PyTask& one : each) {
+            if (find(one.task) == made.end()) {
+                auto camera = free([&] { return engine::PixelCamera::make(one.scene->scene(), one.scene->prepared(), *options); });
+                made.emplace_back(one.task, value_of(std::move(camera)));
+            }
+            own.push_back(find(one.task)->second);
+        }
+    }
+    return all;
+}
+
+std::array<py::ssize_t, 3> picture_of(const std::optional<engine::PixelOptions>& options) {
+    if (!options) return {0, 0, 0};
+    return {static_cast<py::ssize_t>(options->pixels[1]), static_cast<py::ssize_t>(options->pixels[0]), static_cast<py::ssize_t>(options->channels.size())};
+}
+
 class PyBatch {
 public:
-    PyBatch(std::vector<std::vector<PyTask>> tasks, unsigned threads, engine::Autoreset autoreset, bool copy)
-        : tasks_(std::move(tasks)), count_(static_cast<py::ssize_t>(tasks_.size())),
-          answers_(count_, static_cast<py::ssize_t>(tasks_.front().front().task->observation_size()), copy),
-          batch_(std::make_unique<engine::EnvironmentBatch>(tasks_of(tasks_), threads, autoreset, engine::BatchArrays{})) {}
+    PyBatch(std::vector<std::vector<PyTask>> tasks, unsigned threads, engine::Autoreset autoreset, bool copy, const std::optional<engine::PixelOptions>& pixels)
+        : tasks_(std::move(tasks)), count_(static_cast<py::ssize_t>(tasks_.size())), has_cameras_(pixels.has_value()),
+          answers_(count_, static_cast<py::ssize_t>(tasks_.front().front().task->observation_size()),
+                   static_cast<py::ssize_t>(tasks_.front().front().task->devices()), picture_of(pixels), copy),
+          batch_(std::make_unique<engine::EnvironmentBatch>(tasks_of(tasks_), threads, autoreset, engine::BatchArrays{}, make_cameras(tasks_, pixels))) {}
     ~PyBatch() {
         const py::gil_scoped_release released; // the pool's threads are joined
         batch_.reset();
@@ -141,6 +178,17 @@ public:
         for (const auto& instrument : batch_->at(check_index(i)).simulator()->raw_state().instruments) out.append(copy_points(instrument.rod.position));
         return out;
     }
+    /// All that an environment's picture says now.
+    [[nodiscard]] py::dict xray(std::size_t i) {
+        const auto lock = enter(mutex_, batch_->pool(), "environments");
+        if (!has_cameras_) bad_usage("these environments have no camera; expected observation=\"pixels\" or \"both\", or a render_mode");
+        if (!batch_->ready()) bad_usage("the environments have no episode; expected reset() first");
+        check_index(i);
+        return picture_dict(free([&] { return batch_->observe_all(i); }));
+    }
+    [[nodiscard]] py::array pixels() const { return answers_.pixels(); }
+    [[nodiscard]] py::array tips() const { return answers_.tips(); }
+    [[nodiscard]] py::array final_pixels() const { return answers_.final_pixels(); }
     [[nodiscard]] std::string failure(std::size_t i) const { return batch_->failure(check_index(i)); }
     [[nodiscard]] std::pair<std::string, std::string> episode(std::size_t i) {
         const engine::Environment& environment = batch_->at(check_index(i));
@@ -171,6 +219,7 @@ private:
 
     std::vector<std::vector<PyTask>> tasks_;
     py::ssize_t count_;
+    bool has_cameras_;
     BatchAnswers answers_;
     std::unique_ptr<engine::EnvironmentBatch> batch_;
     double engine_ms_ = 0.0;
@@ -259,13 +308,17 @@ void bind_episodes(py::module_& module) {
         .def("describe", &describe_task)
         .def("tree", &tree_of);
     py::class_<PyBatch>(module, "Batch", "Environments side by side on a pool of threads.")
-        .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset, bool copy) {
-            return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset), copy);
+        .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset, bool copy, const py::object& pixels) {
+            return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset), copy, pixel_options(pixels));
         }))
         .def("reset", &PyBatch::reset)
         .def("step", &PyBatch::step)
         .def("save", &PyBatch::save)
         .def("rods", &PyBatch::rods)
+        .def("xray", &PyBatch::xray)
+        .def_property_readonly("pixels", &PyBatch::pixels)
+        .def_property_readonly("tips", &PyBatch::tips)
+        .def_property_readonly("final_pixels", &PyBatch::final_pixels)
         .def("failure", &PyBatch::failure)
         .def("episode", &PyBatch::episode)
         .def_property_readonly("has_more_to_tell", &PyBatch::has_more_to_tell)

@@ -5,6 +5,7 @@
 #include "python/binding/errors.hpp"
 #include "python/binding/long_call.hpp"
 #include "python/binding/simulator.hpp"
+#include "python/binding/pictures.hpp"
 
 #include <pybind11/stl.h>
 
@@ -76,13 +77,6 @@ std::size_t find_instrument(const PySimulator& simulator, const py::object& inst
         names.push_back(each.name);
     }
     bad_usage(fmt::format("no instrument \"{}\"; known: {}", instrument.cast<std::string>(), fmt::join(names, ", ")), "instrument");
-}
-
-/// With the interpreter's lock given back.
-template <class Work>
-auto free(const Work& work) {
-    const py::gil_scoped_release released;
-    return work();
 }
 
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
@@ -207,15 +201,11 @@ void bind_simulator(py::module_& module) {
                 return view_points(points, self);
             }, py::arg("body"), "(N, 3) float64, m, read-only view: vertices of a body's surface.")
         .def("render", [](PySimulator& s, const std::optional<std::string>& view) -> py::array {
-                const engine::GreyFrame frame = free([&] { return s.render(view.value_or("")); });
-                const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(frame.height), static_cast<py::ssize_t>(frame.width)};
-                if (frame.bits == 16) return py::array_t<std::uint16_t>(shape, frame.values.data());
-                py::array_t<std::uint8_t> bytes(shape);
-                std::transform(frame.values.begin(), frame.values.end(), bytes.mutable_data(), [](std::uint16_t v) { return static_cast<std::uint8_t>(v); });
-                return bytes;
+                return picture_array(free([&] { return s.render(view.value_or("")); }));
             }, py::arg("view") = py::none(),
             "(rows, columns) uint16 or uint8: the X-ray frame of a view of the scene's outputs.fluoroscopy, its first where none is named; the "
             "whole patient from the front where the scene has none.")
+        .def("_xray", [](PySimulator& s, const std::string& view) { return picture_dict(free([&] { return s.observe(view); })); })
         .def("contacts", &list_contacts, "Structured array of what the last step's response pushed against; of its own.")
         .def("__repr__", [](PySimulator& s) {
             const auto report = free([&] { return s.report(); });

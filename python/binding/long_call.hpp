@@ -1,6 +1,8 @@
 // Calls that may take seconds: they run without the interpreter's lock on a thread of their own, and Ctrl-C ends them.
 #pragma once
 
+#include <pybind11/pybind11.h>
+
 #include <functional>
 
 namespace trocar::python {
@@ -18,5 +20,12 @@ void run_long(std::function<void(const StopCheck&)> work);
 
 /// Waits until all work that was left has ended. For the interpreter's end.
 void join_left_work();
+
+/// With the interpreter's lock given back.
+template <class Work>
+auto free(const Work& work) {
+    const pybind11::gil_scoped_release released;
+    return work();
+}
 
 } // namespace trocar::python

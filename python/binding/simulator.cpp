@@ -156,9 +156,7 @@ std::vector<Contact> PySimulator::contacts() {
     return {simulator_->contacts().begin(), simulator_->contacts().end()};
 }
 
-engine::GreyFrame PySimulator::render(const std::string& name) {
-    const Use use(*this);
-    const engine::State& state = simulator_->state();
+engine::Fluoroscope& PySimulator::find_scope(const std::string& name, const engine::State& state) {
     if (!cameras_) {
         engine::FluoroscopySpec spec = scene_->scene().outputs.fluoroscopy.value_or(engine::FluoroscopySpec{});
         if (spec.views.empty()) spec.views = {engine::XrayPatient::whole_view(state, {256, 256})};
@@ -169,13 +167,25 @@ engine::GreyFrame PySimulator::render(const std::string& name) {
     }
     std::string known;
     for (engine::Fluoroscope& scope : cameras_->scopes) {
-        if (name.empty() || scope.view().name == name) {
-            (void)scope.project(cameras_->patient, state);
-            return scope.frame(state.step, state.time);
-        }
+        if (name.empty() || scope.view().name == name) return scope;
         known += (known.empty() ? "" : ", ") + scope.view().name;
     }
     bad_usage(fmt::format("found the view \"{}\", expected one of {}", name, known), "view");
+}
+
+engine::GreyFrame PySimulator::render(const std::string& name) {
+    const Use use(*this);
+    const engine::State& state = simulator_->state();
+    engine::Fluoroscope& scope = find_scope(name, state);
+    (void)scope.project(cameras_->patient, state);
+    return scope.frame(state.step, state.time);
+}
+
+engine::XrayObservation PySimulator::observe(const std::string& name) {
+    const Use use(*this);
+    const engine::State& state = simulator_->state();
+    engine::Fluoroscope& scope = find_scope(name, state);
+    return engine::observe(scope, cameras_->patient, model(), state, state.step);
 }
 
 std::span<const Vec3> PySimulator::rod(std::size_t index) { return instrument(index).rod.position; }

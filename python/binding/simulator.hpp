@@ -1,7 +1,7 @@
 // A simulator as Python holds it: with its scene, the drive commands that hold until they are changed, and surfaces that views look at.
 #pragma once
 
-#include "engine/fluoroscopy/fluoroscope.hpp"
+#include "engine/fluoroscopy/observation.hpp"
 #include "engine/step/simulator.hpp"
 #include "python/binding/errors.hpp"
 #include "python/binding/loaded_scene.hpp"
@@ -62,6 +62,9 @@ public:
     /// fails  no such view, a source inside a body
     [[nodiscard]] engine::GreyFrame render(const std::string& view);
 
+    /// All that this frame says.
+    [[nodiscard]] engine::XrayObservation observe(const std::string& view);
+
     /// Memory that stays where it is for as long as the simulator lives, and follows its steps.
     [[nodiscard]] std::span<const Vec3> rod(std::size_t instrument);
     [[nodiscard]] std::span<const Vec3> skin(std::size_t instrument);
@@ -87,6 +90,7 @@ private:
     std::vector<std::vector<Vec3>> watched_;
     bool any_watched_ = false;
     struct Cameras; // made by the first picture
+    [[nodiscard]] engine::Fluoroscope& find_scope(const std::string& view, const engine::State& state);
     std::unique_ptr<Cameras> cameras_;
     std::timed_mutex mutex_;
     std::atomic<int> user_process_{0}; // that holds the mutex

@@ -15,6 +15,7 @@ from ._engine import SavedState, Scene, Simulator, StepReport
 from ._errors import Error, StoppedError
 from ._functions import Plan, centreline, contacts, load, plan, scene_path, scenes
 from ._sweeps import read_table, sweep
+from .pictures import XrayFrame, xray
 from .environments import Environments, Options, Rollout, RolloutResult, Task, rollout
 
 _pickles.install()
@@ -24,5 +25,5 @@ del _class
 
 __version__ = "1.0.0"
 __all__ = ["Environments", "Error", "Options", "Plan", "Rollout", "RolloutResult", "SavedState", "Scene", "Simulator", "StepReport",
-           "StoppedError", "Task", "build_id", "centreline", "contacts", "load", "plan", "read_table", "rollout", "scene_path", "scenes",
-           "sweep"]
+           "StoppedError", "Task", "XrayFrame", "build_id", "centreline", "contacts", "load", "plan", "read_table", "rollout", "scene_path", "scenes",
+           "sweep", "xray"]

@@ -136,6 +136,23 @@ def memory(name: str, num_envs: int) -> float:
     return 1e-6 * (_resident() - before) / num_envs
 
 
+def picture_price(name: str, edge: int, channels: tuple[str, ...]) -> float:
+    """ms, median: what an X-ray picture adds to an observation; of an environment that is observed again and again, and not stepped."""
+    found = []
+    for observation in ("state", "both"):
+        task = Task(name, Options(start_poses=1, observation=observation, pixels=(edge, edge), channels=channels))
+        environments = Environments(task, 1, 1)
+        environments.reset(0)
+        environments.step(np.full((1, task.devices, 2), 10.0))
+        stay, rounds = np.zeros(1, dtype=bool), []
+        for _ in range(60):
+            start = time.perf_counter()
+            environments.reset(mask=stay)
+            rounds.append(time.perf_counter() - start)
+        found.append(float(np.median(rounds)))
+    return 1e3 * (found[1] - found[0])
+
+
 def _alone(work: Callable[..., float], *arguments: Any) -> float:
     """In a process of its own, which has no memory to use again."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
@@ -174,6 +191,10 @@ def main() -> None:
         _say(f"{name}: a fork where one was given back before / a first one", f"{costs['fork']:.2f} / {costs['fork_kept']:.1f} ms",
              "target: below 1 ms on hepatic" if name == "hepatic" else "")
         _say("    reset of an environment; load of a state", f"{costs['reset']:.2f}; {costs['load']:.2f} ms")
+    for name in ("aortic_arch", "hepatic"):
+        for edge in (128, 256):
+            image, every = picture_price(name, edge, ("image",)), picture_price(name, edge, ("image", "device", "vessel", "depth"))
+            _say(f"{name}: an observed X-ray picture of {edge} x {edge}, image alone / with masks and depth", f"{image:.2f} / {every:.2f} ms")
     for name, count in (("aortic_arch", arguments.memory_envs or (8 if arguments.quick else 64)), ("hepatic", 8)):
         _say(f"{name}: memory of each of {count} environments beside the model", f"{_alone(memory, name, count):.1f} MB", "target: below 64 MB")
 

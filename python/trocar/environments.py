@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _engine
 from ._functions import load, scene_path, scenes
+from .pictures import XrayFrame, camera_of
 
 SceneLike = Union[_engine.Scene, str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -38,6 +39,10 @@ class Options:
     step: float = -0.005  #: reward for each action
     start_poses: int = 8  #: turns of the handle and insertions that episodes start from
     start_spread: float = 10.0  #: mm, of these insertions
+    observation: str = "state"  #: "state", "pixels" (X-ray pictures) or "both", a dict of the two
+    view: Optional[str] = None  #: of the scene's outputs.fluoroscopy that pictures are of; None: its first, or the whole patient from the front
+    pixels: tuple[int, int] = (128, 128)  #: columns and rows of a picture, on the view's detector
+    channels: Sequence[str] = ("image",)  #: of "image", "device", "vessel", "depth": the last axis of a picture
     budget: Optional[str] = "exact"  #: of every step; None: the scene's, which may depend on a clock
 
     def _engine_options(self) -> dict[str, Any]:
@@ -111,12 +116,17 @@ class Environments:
     autoreset      "next_step": the action after an episode's end begins another, and is not taken; "same_step": another begins at once,
                    infos["final_obs"] holds the last observation; "disabled": reset() with a mask
     copy           False: returned arrays are read-only views that the next step overwrites
+    renders        xray() has a camera, though observations have no pixels
+
+    Observations are (num_envs, size) float32; with Options.observation "pixels" (num_envs, rows, columns, channels) uint8; with "both" a dict of
+    "state" and "pixels". With pixels infos hold "tip_pixels" (num_envs, devices, 2).
     """
 
     _MODES = {"next_step": 0, "same_step": 1, "disabled": 2}
 
     def __init__(self, scenes: Union[SceneLike, Task, Sequence[Union[SceneLike, Task]]], num_envs: int = 1, num_threads: int = 1, *,
-                 options: Options = Options(), autoreset: str = "next_step", draw_scene: bool = False, copy: bool = True) -> None:
+                 options: Options = Options(), autoreset: str = "next_step", draw_scene: bool = False, copy: bool = True,
+                 renders: bool = False) -> None:
         if not 1 <= num_envs <= 1_000_000:
             raise ValueError(f"num_envs: found {num_envs}, expected 1 to 1000000")
         if not 1 <= num_threads <= 1024:
@@ -126,14 +136,20 @@ class Environments:
         self.tasks = _tasks(scenes, options)
         self.num_envs, self.num_threads, self.autoreset, self.copy = num_envs, num_threads, autoreset, copy
         each = [[task._task for task in self.tasks] if draw_scene else [self.tasks[i % len(self.tasks)]._task] for i in range(num_envs)]
-        self._batch = _engine.Batch(each, num_threads, self._MODES[autoreset], copy)
+        shared = self.tasks[0].options
+        if any(task.options.observation != shared.observation for task in self.tasks):
+            raise ValueError("scenes: found tasks of several kinds of observation, expected the same of all")
+        camera = camera_of(shared.observation, shared.view, shared.pixels, shared.channels, renders)
+        self.observation = shared.observation
+        self.picture_shape = (0, 0, 0) if camera is None else (camera["pixels"][1], camera["pixels"][0], len(camera["channels"]))  #: rows, columns, channels
+        self._batch = _engine.Batch(each, num_threads, self._MODES[autoreset], copy, camera)
         self.devices = self.tasks[0].devices
         self.low = np.min([task.low for task in self.tasks], axis=0)
         self.high = np.max([task.high for task in self.tasks], axis=0)
         self.limits = np.max([task.limits for task in self.tasks], axis=0)  #: (devices, 2) mm/s, rad/s
 
     def reset(self, seeds: Union[None, int, Sequence[Optional[int]]] = None, mask: Optional[ArrayLike] = None
-              ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+              ) -> tuple[Any, dict[str, Any]]:
         """Begins episodes: everything in them follows from the seeds.
 
         seeds    an int: environment i takes seed + i; a sequence with None where an environment goes on with what it drew last
@@ -157,17 +173,30 @@ class Environments:
                 raise ValueError(f"mask: found {chosen.dtype} {chosen.shape}, expected bool ({self.num_envs},)")
             which = chosen.astype(int).tolist()
         observations, infos = self._batch.reset(taken, which)
-        return observations, infos
+        self._state = observations
+        return self._observed(observations, infos), infos
 
-    def step(self, actions: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    def step(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action of every environment: (num_envs, devices, 2) mm/s and rad/s, taken within the drives' limits."""
         answer = self._batch.step(actions)
         if answer is None:
             answer = self._batch.step(self._checked(actions))
         if self._batch.has_more_to_tell:
             self._add_rare(answer[4])
-        told: tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]] = answer
+        self._state: NDArray[np.float32] = answer[0]  # whatever is observed
+        if self.observation != "state":
+            answer = (self._observed(answer[0], answer[4]), *answer[1:])
+        told: tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]] = answer
         return told
+
+    def _observed(self, state: NDArray[np.float32], infos: dict[str, Any]) -> Any:
+        """What the options observe, of the last answer."""
+        if self.observation == "state":
+            return state
+        infos["tip_pixels"] = self._batch.tips
+        infos["_tip_pixels"] = infos["_success"]
+        pixels = self._batch.pixels
+        return pixels if self.observation == "pixels" else {"state": state, "pixels": pixels}
 
     def _checked(self, actions: ArrayLike) -> NDArray[np.float64]:
         given = np.asarray(actions)
@@ -190,8 +219,14 @@ class Environments:
         ended = outcome["began"].astype(bool) & (outcome["action"] > 0)
         if self.autoreset == "same_step" and ended.any():
             last, final = self._batch.final_observation, np.full(self.num_envs, None, dtype=object)
+            pixels = self._batch.final_pixels
             for i in np.flatnonzero(ended):
-                final[i] = last[i].copy()
+                if self.observation == "state":
+                    final[i] = last[i].copy()
+                elif self.observation == "pixels":
+                    final[i] = pixels[i].copy()
+                else:
+                    final[i] = {"state": last[i].copy(), "pixels": pixels[i].copy()}
             infos["final_obs"], infos["_final_obs"] = final, ended
             infos["final_info"], infos["_final_info"] = {key: infos[key] for key in self._KEYS}, ended
 
@@ -203,6 +238,10 @@ class Environments:
         """(N, 3) m, of each device of an environment, the tip last."""
         rods: list[NDArray[np.float64]] = self._batch.rods(index)
         return rods
+
+    def xray(self, index: int = 0) -> XrayFrame:
+        """All that an environment's X-ray picture says now: masks, depth, tips and centrelines in pixels, whatever is observed."""
+        return XrayFrame(**self._batch.xray(index))
 
     def episode(self, index: int = 0) -> tuple[str, str]:
         """Names of the scene and the target of an environment's episode."""

@@ -190,6 +190,9 @@ TEST(Files, ADicomFileTellsTheGeometryItWasMadeWith) {
     EXPECT_NEAR(read->detector[1], 0.3, 1e-9);
     EXPECT_EQ(read->pixels, view.pixels);
     EXPECT_EQ(bytes->size() % 2, 0u);
+    const auto orientation = [](std::string_view letters) { return std::string("\x20\0\x20\0CS", 6) + static_cast<char>(letters.size()) + '\0' + std::string(letters); };
+    EXPECT_NE(bytes->find(orientation("LP\\F")), std::string::npos) << "columns run to the patient's left and back";
+    EXPECT_NE(encode_dicom(small_view(), {"s", 0.1, {{0, 0}}, {ramp(64, 48, 8)}})->find(orientation("L\\F ")), std::string::npos);
     EXPECT_EQ(*encode_dicom(view, series), *bytes) << "the same frames give the same bytes";
 }
 

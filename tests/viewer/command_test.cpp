@@ -75,6 +75,14 @@ INSTANTIATE_TEST_SUITE_P(
                       Refused{R"({"type":"pause","on":1})", "true or false"}, Refused{R"({"type":"pace","factor":0})", "from 0.05 to 1"},
                       Refused{R"({"type":"effect","name":"magic","on":true})", "elasticity, gravity"},
                       Refused{R"({"type":"effect","name":"gravity","on":true})", "the scene has no gravity"},
+                      Refused{R"({"type":"inject"})", "the scene has no contrast"}, Refused{R"({"type":"xray","on":"yes"})", "true or false"},
+                      Refused{R"({"type":"carm","primary":3.2,"secondary":0,"zoom":1,"at_tip":false,"pixels":512,"display":"log"})", "from -3.14159 to 3.14159"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":1.6,"zoom":1,"at_tip":false,"pixels":512,"display":"log"})", "from -1.5708 to 1.5708"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":0,"at_tip":false,"pixels":512,"display":"log"})", "from 1 to 8"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":1,"at_tip":false,"pixels":0,"display":"log"})", "from 64 to 1024"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":1,"at_tip":false,"pixels":1000000000,"display":"log"})", "from 64 to 1024"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":1,"at_tip":false,"pixels":512,"display":"linear"})", "log, subtraction or roadmap"},
+                      Refused{R"({"type":"carm","primary":0,"secondary":0})", "\"zoom\" is missing"},
                       Refused{R"({"type":"grab","body":2,"vertex":0,"target":[0,0,0]})", "from 0 to 1"},
                       Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
                       Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},
@@ -98,6 +106,7 @@ TEST(ViewerMessages, GarbageNeverBreaksTheReader) {
     std::mt19937 random(seed);
     const std::vector<std::string> good = {
         R"({"type":"drive","insertion":0.5,"rotation":-1})", R"({"type":"budget","mode":"wall","ms":0.5})",
+        R"({"type":"carm","primary":0.5,"secondary":-0.2,"zoom":2,"at_tip":true,"pixels":256,"display":"roadmap"})", R"({"type":"xray","on":true})",
         R"({"type":"grab","body":0,"vertex":7,"target":[0.1,0.2,0.3]})", R"({"type":"effect","name":"gravity","on":true})"};
     const auto pick = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     unsigned understood = 0, refused = 0;

@@ -147,6 +147,17 @@ double advect(const BloodFlow& vessels, std::span<double> iodine, std::span<doub
     return washed;
 }
 
+std::optional<Injection> find_injection(const SceneModel& model) {
+    for (const AddedEffect& added : model.effects.added)
+        if (const auto& s = added.settings; added.effect == &contrast) return Injection{s[kRate] * kMillilitre, s[kIodine], s[kStart], s[kDuration]};
+    return std::nullopt;
+}
+
+void set_injection_start(SceneModel& model, double start) {
+    for (AddedEffect& added : model.effects.added)
+        if (added.effect == &contrast) added.settings[kStart] = start;
+}
+
 ContrastBalance measure_contrast(const SceneModel& model, const State& state) {
     const std::vector<double>* memory = find_memory(model, state);
     if (memory == nullptr) return {};

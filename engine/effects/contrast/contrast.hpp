@@ -4,6 +4,7 @@
 #include "engine/state/state.hpp"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,17 @@ struct ContrastBalance {
 };
 /// All 0 where the scene has no contrast.
 [[nodiscard]] ContrastBalance measure_contrast(const SceneModel& model, const State& state);
+
+/// The scene's one injection.
+struct Injection {
+    double rate = 0.0;                   // m^3/s
+    double iodine = 0.0;                 // kg/m^3, of the agent
+    double start = 0.0, duration = 0.0;  // s
+};
+/// None where the model has no contrast.
+[[nodiscard]] std::optional<Injection> find_injection(const SceneModel& model);
+/// Between two steps: the steps after it inject as if the scene said so. Nothing where the model has no contrast.
+void set_injection_start(SceneModel& model, double start);
 
 /// Each piece of vessel: its two ends and its radius in metres, its iodine in kg/m^3, where the vessel stands now.
 /// points    room for where that is

@@ -50,15 +50,15 @@ test("the first screen says what to press, and the page has nothing to complain 
     noComplaints(page);
 });
 
-test("the page begins with the report's view, the patient's front, and so does the X-ray", async () => {
+test("the page begins with the report's view, the patient's front, and so does the X-ray monitor", async () => {
     const fresh = await openPage(browser, served.url);
     const along = (which) => `s.looking.reduce((sum, x, k) => sum + x * s.scene.view.${which}[k], 0) > 0.9999`;
     await until(fresh, along("front"));
     assert.ok(await fresh.evaluate(() => window.trocar.scene.view.front[1] < -0.9)); // y points forwards
     await fresh.keyboard.press("Escape");
     await fresh.keyboard.press("x");
-    await fresh.keyboard.press("v");
-    await until(fresh, along("antero_posterior"));
+    await until(fresh, "s.xray.pictures > 0 && s.xray.latest.primary === 0 && s.xray.latest.secondary === 0");
+    for (const [edge, letter] of [["n", "H"], ["s", "F"], ["w", "R"], ["e", "L"]]) assert.equal(await fresh.innerText(`#edge-${edge}`), letter);
     await fresh.close();
 });
 
@@ -219,14 +219,86 @@ test("the picture shows vessel and catheter, and the X-ray is another picture", 
     assert.ok(shaded.red > 0.05, `vessel: ${JSON.stringify(shaded)}`);
     assert.ok(shaded.bluish > 0.0002, `catheter: ${JSON.stringify(shaded)}`);
     await page.keyboard.press("x");
-    const pictures = await page.evaluate(() => window.trocar.pictures);
-    await until(page, "s.pictures > g + 2", pictures);
+    await until(page, "s.xray.shown && s.xray.pictures > 2");
     const xray = await look(browser, page, middle);
-    assert.ok(xray.red < 0.01 && xray.brightness > 0.5, `X-ray: ${JSON.stringify(xray)}`);
-    await page.keyboard.press("b");
-    await page.keyboard.press("t");
-    await until(page, "s.pictures > g + 5", pictures);
+    assert.ok(xray.red < 0.01 && xray.bluish < 0.01 && xray.brightness > 0.3, `X-ray: ${JSON.stringify(xray)}`);
+    await page.keyboard.press("t"); // the table, so that the tip is in the middle
+    await until(page, "s.xray.latest.zoom === 3 && Math.abs(s.xray.latest.tip[0] - 256) < 30 && Math.abs(s.xray.latest.tip[1] - 256) < 30");
+    await page.keyboard.press("v");
+    await until(page, "s.xray.latest.zoom === 1");
+    await page.keyboard.press("x");
+    const pictures = await page.evaluate(() => window.trocar.pictures);
+    await until(page, "!s.xray.shown && s.pictures > g", pictures);
     noComplaints(page);
+});
+
+/// A straight vessel, and contrast that nobody injects but by command.
+const contrastScene = join(folder, "contrast.json");
+writeFileSync(contrastScene, JSON.stringify({
+    name: "contrast", units: { length: "mm", pressure: "kPa" }, time: { step: 0.01, duration: 100 }, budget: "work:20000",
+    bodies: { tube: { kind: "static", hollow: true, surface: { shape: "tube", axis: [[0, 0, 0, 4], [0, 0, 120, 4]], sides: 16 } } },
+    instruments: {
+        wire: {
+            length: 100, radius: 0.5, young_modulus: 60000, segment: 5, skin_triangles: 600, lumen: "tube", inserted: 20,
+            entry: { position: [0, 0, 10], direction: [0, 0, 1] },
+        },
+    },
+    effects: { coarse_contact: true, exact_contact: true, contrast: { rate: 2, start: 1e5, duration: 1 } },
+}));
+
+test("the C-arm stands at presets and where the picture is dragged to; letters and cube say which side is where", async () => {
+    const suite = await Served.start(contrastScene);
+    const page = await openPage(browser, suite.url);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("x");
+    const stands = (primary, secondary) =>
+        until(page, "Math.abs(s.xray.latest?.primary - g[0] * Math.PI / 180) < 0.02 && Math.abs(s.xray.latest?.secondary - g[1] * Math.PI / 180) < 0.02", [primary, secondary]);
+    for (const [name, primary, secondary, west, face] of
+        [["Lateral", 90, 0, "A", "L"], ["LAO 45", 45, 0, "RA", "A"], ["RAO 30", -30, 0, "RP", "A"], ["CRA 25", 0, 25, "R", "A"], ["AP", 0, 0, "R", "A"]]) {
+        await page.click(`#presets >> text="${name}"`);
+        await stands(primary, secondary);
+        await page.waitForFunction(([id, text]) => text.split("|").includes(document.getElementById(id).textContent), ["edge-w", west]);
+        assert.ok(await page.isVisible(`#orientation .face:text-is("${face}")`), `${name}: the cube shows ${face}`);
+    }
+    const box = await page.locator("#xray-picture").boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 - 50, box.y + box.height / 2, { steps: 5 });
+    await page.mouse.up();
+    await stands(20, 0); // 0.4 degrees a pixel
+    await page.keyboard.press("j");
+    await stands(15, 0);
+    noComplaints(page);
+    await page.close();
+    assert.equal(await suite.stop(), 0);
+});
+
+test("contrast is injected, subtracted, kept as a roadmap; the film strip shows the last seconds; pictures are saved; the recording says how it repeats", async () => {
+    const suite = await Served.start(contrastScene);
+    const page = await openPage(browser, suite.url);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("x");
+    await until(page, "s.xray.pictures > 2 && t.time_s > 0.3");
+    await page.keyboard.press("m");
+    await until(page, "s.xray.latest.display === 2 && document.getElementById('subtract').getAttribute('aria-pressed') === 'true'");
+    await page.keyboard.press("q");
+    await until(page, "t.injection.injected_mg > 400");
+    await until(page, "s.xray.latest.hasContrast && s.xray.latest.grey.reduce((least, grey) => Math.min(least, grey), 255) < 150"); // the column of contrast is dark
+    await page.click("#roadmap");
+    await until(page, "s.xray.latest.display === 3 && s.xray.pictures > 20");
+    await page.click("#film-frames canvas >> nth=1");
+    assert.match(await page.innerText("#xray-words"), / s ago/);
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click("#picture")]);
+    assert.match(download.suggestedFilename(), /^contrast-xray-.*\.png$/);
+    assert.equal(readFileSync(await download.path()).subarray(1, 4).toString(), "PNG");
+    await page.click("#film-live");
+    assert.doesNotMatch(await page.innerText("#xray-words"), / s ago/);
+    const address = new URL(await page.getAttribute("#download", "href"), suite.url);
+    const recording = await (await fetch(address)).text();
+    assert.match(recording, /# Bit for bit: trocar run .* --set \/effects\/contrast\/start=[0-9.]+ --path THIS_FILE/);
+    noComplaints(page);
+    await page.close();
+    assert.equal(await suite.stop(), 0);
 });
 
 test("without a card fewer triangles are drawn, unless a picture is asked for as it is", async () => {
@@ -327,23 +399,28 @@ test("lost graphics are reported, driving stops, and both come back", async () =
 
 test("on short and narrow screens nothing lies over what is pressed", async () => {
     const before = page.viewportSize();
+    await page.keyboard.press("Escape");
     await page.evaluate(() => { // a long message at the same time
         const line = document.createElement("p");
         line.id = "long", line.textContent = "A message as long as any. ".repeat(20);
         document.getElementById("messages").append(line);
     });
-    for (const [width, height] of [[740, 360], [640, 360], [640, 400], [844, 390], [390, 844], [360, 640], [768, 1024], [1280, 720]]) {
+    const sizes = [[740, 360], [640, 360], [640, 400], [844, 390], [390, 844], [360, 640], [768, 1024], [1280, 720]];
+    for (const [width, height, xray] of sizes.flatMap((size) => [[...size, false], [...size, true]])) {
         await page.setViewportSize({ width, height });
-        const covered = await page.evaluate(() => [...document.querySelectorAll("#panel button, #pad, #pause")].filter((one) => {
+        if (xray !== await page.evaluate(() => window.trocar.xray.shown)) await page.keyboard.press("x");
+        await until(page, "s.xray.shown === g", xray);
+        const covered = await page.evaluate(() => [...document.querySelectorAll("#panel button, #pad, #pause")].filter((one) => one.offsetParent !== null || one.id === "pad").filter((one) => {
             one.scrollIntoView({ block: "nearest" }); // the panel scrolls: what its numbers' lengths push to its edge is reached all the same
             const box = one.getBoundingClientRect(), top = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
             return !one.contains(top);
-        }).map((one) => one.id || one.dataset.mode));
-        assert.deepEqual(covered, [], `${width} x ${height}`);
+        }).map((one) => one.id || one.dataset.mode || one.textContent));
+        assert.deepEqual(covered, [], `${width} x ${height}${xray ? ", X-ray" : ""}`);
         const boxes = await page.evaluate(() => ["panel", "hand", "bar"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
         const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
         assert.ok(apart(boxes[0], boxes[1]) && apart(boxes[1], boxes[2]) && apart(boxes[0], boxes[2]), `${width} x ${height}: ${JSON.stringify(boxes)}`);
     }
+    await page.keyboard.press("x");
     await page.evaluate(() => document.getElementById("long").remove());
     await page.setViewportSize(before);
 });

@@ -1,10 +1,11 @@
 // The WebSocket, which comes back by itself when it is lost.
-import { readFrame, readModel, type Frame, type Model, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
+import { readFrame, readModel, readXray, type XrayPicture, type Frame, type Model, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
 
 export interface Listener {
     onScene(scene: SceneMessage): void;
     onModel(model: Model): void;
     onFrame(frame: Frame, shapes: PartShape[]): void;
+    onXray(picture: XrayPicture): void;
     onStatus(status: Status): void;
     onMessage(kind: "error" | "notice", text: string): void;
     onConnection(open: boolean): void;
@@ -90,6 +91,6 @@ export class Connection {
             const frame = readFrame(data, this.shapes, this.lastId);
             this.lastId = frame.id;
             this.listener.onFrame(frame, this.shapes);
-        }
+        } else if (kind === 3) this.listener.onXray(readXray(data));
     }
 }

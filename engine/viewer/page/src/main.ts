@@ -3,9 +3,11 @@ import { Connection } from "./connection";
 import { Hand, hasItsOwn, isDriven } from "./hand";
 import { Panel } from "./panel";
 import { Plot } from "./plot";
-import type { SceneMessage, Status } from "./protocol";
+import type { SceneMessage, Status, XrayPicture } from "./protocol";
+import { Orientation } from "./orientation";
 import { Puller } from "./puller";
 import { Stage } from "./stage";
+import { XrayScreen } from "./xray";
 
 /// State for tests and for inspection in the console.
 export interface Probe {
@@ -19,6 +21,7 @@ export interface Probe {
     pixels: number;
     triangles: number;   // of the last picture
     bytes: number;
+    xray: { pictures: number; perSecond: number; latest: XrayPicture | undefined; shown: boolean }; // of the X-ray monitor
     looking: [number, number, number]; // unit vector from the eye into the scene
     drop(): void;
 }
@@ -39,6 +42,7 @@ class App {
     private readonly plot = new Plot(element<HTMLCanvasElement>("plot"));
     private readonly panel: Panel;
     private readonly puller: Puller;
+    private readonly xray: XrayScreen;
     private readonly welcome = element<HTMLDialogElement>("welcome");
     private status: Status | undefined;
     private scene: SceneMessage | undefined;
@@ -58,12 +62,19 @@ class App {
                 this.puller.follow();
                 ++this.probe.frames;
             },
+            onXray: (picture) => {
+                this.xray.receive(picture);
+                if (this.xray.shown) ++this.probe.pictures;
+            },
             onStatus: (status) => this.setStatus(status),
             onMessage: (kind, text) => this.panel.say(kind, text),
             onConnection: (open) => this.setConnection(open),
         });
         const send = (message: Record<string, unknown>) => this.send(message);
-        this.panel = new Panel(this.stage, this.plot, send, () => this.showHelp(), this.connection);
+        const orientation = new Orientation((from) => (this.xray.shown ? this.xray.lookFrom(from) : this.stage.lookFrom(from)));
+        this.stage.onTurn = (axes) => orientation.update(axes);
+        this.xray = new XrayScreen(send, (text) => this.panel.say("notice", text), (axes) => orientation.update(axes));
+        this.panel = new Panel(this.stage, this.xray, this.plot, send, () => this.showHelp(), this.connection);
         this.puller = new Puller(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
         this.hand = new Hand(element("pad"), element("knob"),
             (wish) => this.send({ type: "drive", ...wish }), () => this.beginDrive());
@@ -72,7 +83,7 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, looking: this.stage.looking,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, xray: this.xray, looking: this.stage.looking,
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -95,8 +106,9 @@ class App {
     private send(message: Record<string, unknown>): boolean {
         const seat = this.status;
         // A free driver's seat is taken by the next viewer with input.
-        if (seat !== undefined && seat.driver === 0 && message.type !== "spheres") this.connection.send({ type: "take" });
-        else if (seat !== undefined && seat.driver !== seat.you && message.type !== "spheres") {
+        const own = message.type === "spheres" || message.type === "xray"; // of this viewer alone
+        if (seat !== undefined && seat.driver === 0 && !own) this.connection.send({ type: "take" });
+        else if (seat !== undefined && seat.driver !== seat.you && !own) {
             if (message.type !== "drive") this.panel.say("notice", `Viewer ${seat.driver} drives; you watch.`);
             return false;
         }
@@ -130,6 +142,7 @@ class App {
         this.hand.release();
         this.puller.forget();
         if (open) this.connection.send({ type: "spheres", on: this.stage.showSpheres });
+        if (open) this.xray.begin();
     }
 
     private beginDrive(): void {
@@ -248,7 +261,8 @@ class App {
     private write(plot: boolean, footer: boolean): void {
         this.panel.refresh();
         if (plot && this.scene) this.plot.draw(1e3 * this.scene.step_s);
-        if (footer) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
+        const { shown, perSecond } = this.xray;
+        if (footer) this.panel.setFooter(shown ? 1000 / Math.max(perSecond, 1) : this.stage.frameMs, shown ? 1 : this.stage.pixels, shown ? [] : this.probe.latencyMs, this.hand.gamepadName);
     }
 }
 

@@ -3,11 +3,13 @@ import type { Connection } from "./connection";
 import { formatMs, type Plot } from "./plot";
 import type { Budget, SceneMessage, Status } from "./protocol";
 import type { Stage } from "./stage";
+import { saveAs, type XrayScreen } from "./xray";
 
 type Send = (message: Record<string, unknown>) => boolean;
 
 const kNumbersEvery = 80; // ms
 const kTurn = 0.08, kApproach = 0.9; // rad, times: of the camera by a key
+const kArmTurn = 5; // degrees, of the arm by a key
 const kMessageTime = 6000; // ms
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -20,7 +22,7 @@ export class Panel {
     private work: (Budget & { mode: "work" }) | undefined; // that the scene or a person chose
     private dragging = 0; // ms: until then the slider is the user's
 
-    constructor(private readonly stage: Stage, private readonly plot: Plot, private readonly send: Send, help: () => void,
+    constructor(private readonly stage: Stage, private readonly xray: XrayScreen, private readonly plot: Plot, private readonly send: Send, help: () => void,
                 connection: Connection) {
         this.budget.addEventListener("input", () => {
             this.dragging = performance.now() + 400;
@@ -36,13 +38,7 @@ export class Panel {
         click("grab", () => this.toggleGrab());
         click("restart", () => this.restart());
         click("record", () => this.record());
-        click("picture", () => stage.takePicture((picture) => {
-            const link = document.createElement("a");
-            link.href = URL.createObjectURL(picture);
-            link.download = `${this.scene?.name ?? "trocar"}-${(this.status?.time_s ?? 0).toFixed(2)}s.png`;
-            link.click();
-            setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-        }));
+        click("picture", () => this.savePicture());
         click("help", help);
         this.help = help;
         const check = (id: string, act: (on: boolean) => void) =>
@@ -123,6 +119,7 @@ export class Panel {
         this.showBudget(status.budget);
         this.showAnswer(status, text);
         this.warnOfWork(status);
+        this.xray.setStatus(status);
         const percent = (share: number) => `${(100 * share).toFixed(0)} %`;
         text("kept", `kept ${percent(this.plot.kept)}, real time ${percent(this.plot.realTimeKept(1e3 * (this.scene?.step_s ?? 1)))}`);
         for (const [name, on] of Object.entries(status.effects)) {
@@ -249,7 +246,7 @@ export class Panel {
     }
 
     togglePause(): void { this.send({ type: "pause", on: !this.status?.paused }); }
-    toggleXray(): void { this.setXray(!this.stage.xray); }
+    toggleXray(): void { this.setXray(!this.xray.shown); }
     private singleStep(): void {
         if (this.status && !this.status.paused) this.send({ type: "pause", on: true });
         this.send({ type: "step" });
@@ -273,17 +270,29 @@ export class Panel {
         const budget = before.mode === "exact" ? "without a limit" : `under ${shortNumber(units)} tests a step${instead}`;
         this.say("notice", `Recording from the start, ${budget}. Download path takes it away.`);
     }
+    private savePicture(): void {
+        const name = this.scene?.name ?? "trocar";
+        if (this.xray.shown) this.xray.save(name);
+        else this.stage.takePicture((picture) => saveAs(picture, `${name}-${(this.status?.time_s ?? 0).toFixed(2)}s.png`));
+    }
     private setContacts(on: boolean): void {
         this.stage.showContacts = element<HTMLInputElement>("contacts").checked = on;
         this.stage.touch();
     }
     private setXray(on: boolean): void {
         this.stage.touch();
-        this.stage.xray = on;
+        this.stage.hidden = on;
+        this.xray.toggle(on);
         element<HTMLInputElement>("xray").checked = on;
         document.body.classList.toggle("xray", on);
     }
     private setFollow(on: boolean): void {
+        if (this.xray.shown) { // the table, in place of the camera
+            if (on) this.xray.toTip(true);
+            else this.xray.whole();
+            element<HTMLInputElement>("follow").checked = on;
+            return;
+        }
         if (on) this.stage.frameTip();
         else this.stage.frameAll();
         element<HTMLInputElement>("follow").checked = this.stage.followTip;
@@ -295,14 +304,22 @@ export class Panel {
         this.send({ type: "spheres", on });
     }
 
+    private get screen(): Stage | XrayScreen { return this.xray.shown ? this.xray : this.stage; }
+    /// The camera, or the arm. right, up: of the eye, +-1
+    private turn(right: number, up: number): void {
+        if (this.xray.shown) this.xray.turn(kArmTurn * right, kArmTurn * up);
+        else this.stage.turn(kTurn * right, kTurn * up);
+    }
+
     /// True: the key was handled.
     key(event: KeyboardEvent): boolean {
         const acts: Record<string, () => void> = {
             Space: () => this.togglePause(), KeyN: () => this.singleStep(), Period: () => this.singleStep(), KeyR: () => this.restart(),
-            KeyX: () => this.toggleXray(), KeyT: () => this.setFollow(!this.stage.followTip), KeyV: () => this.setFollow(false),
+            KeyX: () => this.toggleXray(), KeyT: () => this.setFollow(!element<HTMLInputElement>("follow").checked), KeyV: () => this.setFollow(false),
             KeyC: () => this.setContacts(!this.stage.showContacts), KeyB: () => this.setSpheres(!this.stage.showSpheres),
-            KeyJ: () => this.stage.turn(-kTurn, 0), KeyL: () => this.stage.turn(kTurn, 0), KeyI: () => this.stage.turn(0, kTurn), KeyK: () => this.stage.turn(0, -kTurn),
-            KeyU: () => this.stage.approach(kApproach), KeyO: () => this.stage.approach(1 / kApproach),
+            KeyJ: () => this.turn(-1, 0), KeyL: () => this.turn(1, 0), KeyI: () => this.turn(0, 1), KeyK: () => this.turn(0, -1),
+            KeyU: () => this.screen.approach(kApproach), KeyO: () => this.screen.approach(1 / kApproach),
+            KeyQ: () => this.xray.inject(), KeyM: () => { if (this.xray.shown) this.xray.show("subtraction"); },
             KeyG: () => this.toggleGrab(), KeyP: () => this.toggleScript(), KeyH: () => this.help(),
             Minus: () => this.nudgeBudget(-40), NumpadSubtract: () => this.nudgeBudget(-40),
             Equal: () => this.nudgeBudget(40), NumpadAdd: () => this.nudgeBudget(40), BracketRight: () => this.nudgeBudget(40), Slash: () => this.nudgeBudget(-40),

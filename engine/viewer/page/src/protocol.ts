@@ -91,6 +91,7 @@ export interface Status {
     spheres_left_out: number;
     recorded: number;
     repeatable: boolean;
+    injection: { start_s: number; duration_s: number; injected_mg: number; in_vessels_mg: number; washed_out_mg: number } | null; // null: no contrast
     work_enough: number; // tests a step, with which the exact stage runs as it does without a limit
     not_shown: number;
     steps: PlotStep[];
@@ -114,6 +115,24 @@ export interface Frame {
     spheres: Float32Array;   // x, y, z, radius
     sphereKinds: Uint8Array; // 0 free, 1 contact, 2 assumed
     bytes: number;
+}
+
+/// Of the X-ray monitor, as engine/viewer/xray_monitor.hpp describes it.
+export interface XrayPicture {
+    number: number;
+    columns: number;
+    rows: number;
+    display: number;         // 1 log, 2 subtraction, 3 roadmap
+    time: number;            // s
+    primary: number;         // rad
+    secondary: number;
+    tip: [number, number];   // pixels; NaN: there is none
+    zoom: number;
+    ms: number;              // that the server took
+    hasContrast: boolean;
+    sourceInside: boolean;   // the source stands inside a body
+    newMask: boolean;        // subtraction begins with this one
+    grey: Uint8Array;
 }
 
 const kVersion = 2;
@@ -149,6 +168,18 @@ export function readModel(buffer: ArrayBuffer): Model {
     const part = reader.u16();
     const corners = reader.words(3 * reader.u32()).slice();
     return { part, corners, far: reader.words(3 * reader.u32()).slice() };
+}
+
+export function readXray(buffer: ArrayBuffer): XrayPicture {
+    const reader = new Reader(buffer);
+    reader.u8();
+    if (reader.u8() !== kVersion) throw new Error("the server speaks another version of this page's language: reload the page");
+    const flags = reader.u16(), number = reader.u32(), columns = reader.u16(), rows = reader.u16(), display = reader.u32(), time = reader.f64();
+    const [primary, secondary, u, v, zoom, ms] = reader.floats(6);
+    return {
+        number, columns, rows, display, time, primary, secondary, tip: [u, v], zoom, ms,
+        hasContrast: (flags & 1) !== 0, sourceInside: (flags & 2) !== 0, newMask: (flags & 4) !== 0, grey: reader.bytes(columns * rows),
+    };
 }
 
 function readPart(reader: Reader, shape: PartShape | undefined): PartShape {

@@ -1,11 +1,11 @@
-// The picture: surfaces, catheter, contacts, spheres, targets, camera; shaded or as on the fluoroscopy screen.
+// The picture: surfaces, catheter, contacts, spheres, targets, camera.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
-import { Fluoroscope } from "./fluoroscope";
-import { Orientation } from "./orientation";
+import { Backdrop } from "./backdrop";
+import { axesOfCamera, drawOrientation, type Axes, type Direction } from "./orientation";
 import { makeDots, makeTarget, setDots } from "./marks";
 import { Surface } from "./surface";
 import type { Frame, Model, PartShape, SceneMessage, View } from "./protocol";
@@ -27,7 +27,7 @@ export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     readonly camera = new THREE.PerspectiveCamera(32, 1, 0.002, 10);
     readonly controls: OrbitControls;
-    xray = false;
+    hidden = false;             // another screen is shown: nothing is drawn
     followTip = false;
     showContacts = true;
     showSpheres = false;
@@ -41,8 +41,8 @@ export class Stage {
     private stale = true;       // what is on the screen is not what would be drawn now
     private readonly seen = new THREE.Matrix4();
     private readonly scene = new THREE.Scene();
-    private readonly fluoroscope = new Fluoroscope();
-    private readonly orientation = new Orientation((from) => this.lookFrom(from));
+    private readonly backdrop = new Backdrop();
+    onTurn: (axes: Axes) => void = () => {};
     private surfaces: Surface[] = [];
     private readonly rod: Line2;
     private readonly rodMaterial = new LineMaterial({ linewidth: 3, depthTest: false, transparent: true, opacity: 0.9 });
@@ -101,17 +101,13 @@ export class Stage {
     setScene(message: SceneMessage): void {
         for (const surface of this.surfaces) {
             this.scene.remove(surface.shaded);
-            this.fluoroscope.scene.remove(surface.xray);
             surface.dispose();
         }
         this.surfaces = message.parts.map((part, k) => new Surface(part, k));
         this.frame = undefined; // of another scene
         this.shapes = [];
         // Organs hold vessels: their far sides come before those of the vessels, their near sides after.
-        for (const surface of this.surfaces) {
-            this.scene.add(surface.shaded);
-            this.fluoroscope.scene.add(surface.xray);
-        }
+        for (const surface of this.surfaces) this.scene.add(surface.shaded);
         for (const target of this.targets) this.scene.remove(target.mesh);
         this.targets.length = 0;
         for (const target of message.targets) {
@@ -197,13 +193,13 @@ export class Stage {
         return box;
     }
 
-    /// The standard view of the report's pictures, of all that is there: from the patient's front, slightly from above; the X-ray straight on.
+    /// The standard view of the report's pictures, of all that is there: from the patient's front, slightly from above.
     frameAll(): void {
         const box = this.boundsOfAll();
         if (box.isEmpty()) return;
         this.followTip = false;
         const centre = box.getCenter(new THREE.Vector3());
-        const ahead = new THREE.Vector3(...(this.xray ? this.view.antero_posterior : this.view.front));
+        const ahead = new THREE.Vector3(...this.view.front);
         const right = new THREE.Vector3().crossVectors(ahead, this.camera.up).normalize();
         const above = new THREE.Vector3().crossVectors(right, ahead);
         const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
@@ -218,9 +214,9 @@ export class Stage {
     }
 
     /// From a side of the patient, as far away as now.
-    lookFrom(side: THREE.Vector3): void {
+    lookFrom(side: Direction): void {
         const distance = this.camera.position.distanceTo(this.controls.target);
-        const way = side.clone();
+        const way = new THREE.Vector3(...side);
         if (Math.abs(way.dot(this.camera.up)) > 0.99) way.addScaledVector(new THREE.Vector3(...this.view.antero_posterior), -0.02); // the front stays down
         this.camera.position.copy(this.controls.target).addScaledVector(way.normalize(), distance);
         this.touch();
@@ -304,7 +300,6 @@ export class Stage {
         this.renderer.setSize(clientWidth, clientHeight, false);
         this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
         this.camera.updateProjectionMatrix();
-        this.fluoroscope.resize(Math.round(clientWidth * ratio), Math.round(clientHeight * ratio));
         (this.dots.material as THREE.ShaderMaterial).uniforms.ratio.value = ratio;
         this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
         this.touch();
@@ -321,6 +316,7 @@ export class Stage {
     private pictureWanted: ((picture: Blob) => void) | undefined;
 
     render(awaited = false): boolean {
+        if (this.hidden) return false;
         if (this.followTip && this.hasTip) {
             const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
             this.controls.target.add(way);
@@ -356,29 +352,33 @@ export class Stage {
 
     private draw(): void {
         this.takeFrame();
-        this.orientation.update(this.camera);
+        this.onTurn(axesOfCamera(this.camera));
         for (const surface of this.surfaces) surface.follow();
-        this.dots.visible = this.showContacts && !this.xray;
-        this.spheres.visible = this.showSpheres && !this.xray;
+        this.dots.visible = this.showContacts;
+        this.spheres.visible = this.showSpheres;
         const thin = this.styleRod();
         const lined = thin && this.simple ? this.surfaces.find((surface) => surface.part.kind === "instrument") : undefined; // the line is the first one's
-        for (const surface of this.surfaces) surface.shaded.visible = !this.xray && surface !== lined;
-        if (this.xray) {
-            for (const surface of this.surfaces) surface.setXrayCentre(this.camera.position.distanceTo(this.controls.target));
-            this.fluoroscope.render(this.renderer, this.camera);
-        } else {
-            this.renderer.setRenderTarget(null);
-            this.renderer.setClearColor(0x000000, 1);
-            this.renderer.clear();
-            this.fluoroscope.renderBackdrop(this.renderer);
-        }
+        for (const surface of this.surfaces) surface.shaded.visible = surface !== lined;
+        this.renderer.setClearColor(0x000000, 1);
+        this.renderer.clear();
+        this.backdrop.render(this.renderer);
         this.renderer.render(this.scene, this.camera);
         if (this.pictureWanted) { // before the browser takes the drawing away
             const take = this.pictureWanted;
             this.pictureWanted = undefined;
-            this.canvas.toBlob((picture) => { if (picture) take(picture); }, "image/png");
+            this.withOrientation().toBlob((picture) => { if (picture) take(picture); }, "image/png");
         }
         this.triangles = this.renderer.info.render.triangles;
+    }
+
+    /// A copy of the picture with the cube of the patient's sides.
+    private withOrientation(): HTMLCanvasElement {
+        const copy = document.createElement("canvas"), { width, height } = this.canvas;
+        [copy.width, copy.height] = [width, height];
+        const pen = copy.getContext("2d")!, scale = Math.max(1, height / 620);
+        pen.drawImage(this.canvas, 0, 0);
+        drawOrientation(pen, axesOfCamera(this.camera), 60 * scale, height - 60 * scale, scale);
+        return copy;
     }
 
     /// The line keeps a thin catheter visible from afar, through walls; where its own skin is wide enough, the line fades.
@@ -388,9 +388,9 @@ export class Stage {
         const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
         const pixels = (this.rodRadius / (distance * half)) * this.canvas.clientHeight;
         const far = THREE.MathUtils.clamp((5 - pixels) / 3, 0, 1);
-        this.rodMaterial.color.set(this.xray ? 0x101418 : 0x7fd4ff);
-        this.rodMaterial.opacity = this.xray ? 0.75 * far : 0.18 + 0.67 * far;
-        this.rodMaterial.linewidth = Math.max(3, this.xray ? 0 : 0.9 * pixels) * Math.min(devicePixelRatio, 2) * this.pixelShare;
+        this.rodMaterial.color.set(0x7fd4ff);
+        this.rodMaterial.opacity = 0.18 + 0.67 * far;
+        this.rodMaterial.linewidth = Math.max(3, 0.9 * pixels) * Math.min(devicePixelRatio, 2) * this.pixelShare;
         this.rodMaterial.linewidth = Math.max(kThinnestLine, this.rodMaterial.linewidth);
         return pixels < 2;
     }

@@ -1,17 +1,16 @@
-// Dense surfaces: geometry that follows the frames, and how it looks, shaded or under X-rays.
+// Dense surfaces: geometry that follows the frames, and how it looks.
 import * as THREE from "three";
 import type { Part } from "./protocol";
 
 export interface Look {
     colour: number;
     opacity: number;      // seen face-on; edges are denser, as those of a thin shell
-    attenuation: number;  // 1/m, in the X-ray picture
 }
 export const kLooks: Record<Part["kind"], Look> = {
-    vessel: { colour: 0xe2483d, opacity: 0.3, attenuation: 16 },
-    organ: { colour: 0xc9806a, opacity: 0.2, attenuation: 3.2 },
-    rigid: { colour: 0xaab4c4, opacity: 1.0, attenuation: 6 },
-    instrument: { colour: 0x63c7ff, opacity: 1.0, attenuation: 2500 },
+    vessel: { colour: 0xe2483d, opacity: 0.3 },
+    organ: { colour: 0xc9806a, opacity: 0.2 },
+    rigid: { colour: 0xaab4c4, opacity: 1.0 },
+    instrument: { colour: 0x63c7ff, opacity: 1.0 },
 };
 
 const kVertex = /* glsl */ `
@@ -42,15 +41,6 @@ const kFragment = /* glsl */ `
         gl_FragColor = vec4(shaded, min(alpha + 0.25 * gloss * step(opacity, 0.99), 1.0));
         #include <colorspace_fragment>
     }`;
-const kThickness = /* glsl */ `
-    uniform float attenuation;
-    uniform float centre;
-    varying vec3 vView;
-    void main() {
-        float depth = length(vView) - centre;
-        gl_FragColor = vec4((gl_FrontFacing ? -depth : depth) * attenuation, 0.0, 0.0, 1.0);
-    }`;
-
 function shadedMaterial(look: Look, side: THREE.Side): THREE.ShaderMaterial {
     return new THREE.ShaderMaterial({
         vertexShader: kVertex, fragmentShader: kFragment, side, transparent: look.opacity < 1, depthWrite: look.opacity >= 1,
@@ -106,10 +96,8 @@ export class Surface {
     private moved = false; // since it was last followed
     private normal = new Float32Array(0);
     readonly shaded = new THREE.Group();
-    readonly xray: THREE.Mesh;
     readonly pick: THREE.Mesh; // for rays alone
     private readonly materials: THREE.ShaderMaterial[] = [];
-    private readonly xrayMaterial: THREE.ShaderMaterial;
     private corners: Uint32Array | undefined;
 
     constructor(readonly part: Part, order: number) {
@@ -124,13 +112,6 @@ export class Surface {
             this.materials.push(material);
             this.shaded.add(mesh);
         });
-        this.xrayMaterial = new THREE.ShaderMaterial({
-            vertexShader: kVertex, fragmentShader: kThickness, side: THREE.DoubleSide, depthTest: false, depthWrite: false,
-            transparent: true, blending: THREE.CustomBlending, blendEquation: THREE.AddEquation, blendSrc: THREE.OneFactor,
-            blendDst: THREE.OneFactor, uniforms: { attenuation: { value: look.attenuation }, centre: { value: 0 } },
-        });
-        this.xray = new THREE.Mesh(this.whole, this.xrayMaterial);
-        this.xray.frustumCulled = false;
         this.pick = new THREE.Mesh(this.whole, new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
     }
 
@@ -150,7 +131,7 @@ export class Surface {
     /// Which triangles are drawn.
     private choose(): void {
         const geometry = this.simple && this.afar !== undefined ? this.afar.geometry : this.whole;
-        for (const mesh of [...this.shaded.children, this.xray]) (mesh as THREE.Mesh).geometry = geometry;
+        for (const mesh of this.shaded.children) (mesh as THREE.Mesh).geometry = geometry;
         this.moved = true;
     }
 
@@ -189,12 +170,10 @@ export class Surface {
         this.simple = simple;
         this.choose();
     }
-    setXrayCentre(distance: number): void { this.xrayMaterial.uniforms.centre.value = distance; }
 
     dispose(): void {
         this.whole.dispose();
         this.afar?.geometry.dispose();
         for (const material of this.materials) material.dispose();
-        this.xrayMaterial.dispose();
     }
 }

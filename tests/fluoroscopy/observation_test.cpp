@@ -1,0 +1,117 @@
+// What one frame says of a state: masks, depth and places agree with the projection and with what the rays attenuate.
+#include "../engine/step_fixture.hpp"
+
+#include "engine/fluoroscopy/observation.hpp"
+
+#include <cmath>
+
+namespace trocar::engine {
+namespace {
+
+struct Seen {
+    PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "exact", R"("coarse_contact", "exact_contact", "elasticity")", test::kOrgan}));
+    FluoroscopySpec spec;
+    XrayView view;
+    std::optional<Simulator> simulator;
+
+    Seen() {
+        simulator.emplace(prepared.model);
+        for (int k = 0; k < 40; ++k) simulator->step();
+        view = XrayPatient::whole_view(simulator->state(), {160, 128});
+        view.primary = 0.4, view.secondary = -0.2;
+        view.display = XrayDisplay::Log;
+    }
+    [[nodiscard]] XrayObservation observed(unsigned threads = 1) {
+        XrayPatient patient(spec, prepared.model);
+        Fluoroscope scope(view, threads);
+        return observe(scope, patient, prepared.model, simulator->state(), 7);
+    }
+};
+
+TEST(Observation, TheDeviceMaskIsWhereTheDeviceChangesTheAttenuation) {
+    Seen seen;
+    const XrayObservation with = seen.observed();
+    XrayPatient patient(seen.spec, seen.prepared.model);
+    Fluoroscope scope(seen.view);
+    const std::vector<double> whole = scope.project(patient, seen.simulator->state()).attenuation;
+    State bare = seen.simulator->state();
+    for (InstrumentState& instrument : bare.instruments) // all of it in one place, which attenuates nothing
+        std::fill(instrument.skin.begin(), instrument.skin.end(), instrument.skin.front());
+    const std::vector<double> without = scope.project(patient, bare).attenuation;
+    std::size_t device = 0;
+    double metal = 0.0;
+    for (std::size_t k = 0; k < whole.size(); ++k) {
+        EXPECT_EQ(with.device.values[k] == 255, whole[k] != without[k]) << "pixel " << k;
+        device += with.device.values[k] == 255;
+        metal += whole[k] - without[k];
+    }
+    EXPECT_GT(device, 50u);
+    EXPECT_GT(metal, 0.0);
+}
+
+TEST(Observation, EveryRayThatMeetsTheVesselOrADeviceHasADepth) {
+    Seen seen;
+    const XrayObservation of = seen.observed();
+    std::size_t vessel = 0;
+    for (std::size_t k = 0; k < of.depth.values.size(); ++k) {
+        if (of.vessel.values[k] == 255 || of.device.values[k] == 255) {
+            EXPECT_GT(of.depth.values[k], 0u) << "pixel " << k;
+        }
+        vessel += of.vessel.values[k] == 255;
+    }
+    EXPECT_GT(vessel, 200u);
+}
+
+TEST(Observation, TipsAndCentrelinesAreTheProjectedNodes) {
+    Seen seen;
+    const XrayObservation of = seen.observed();
+    const State& state = seen.simulator->state();
+    ASSERT_EQ(of.tips.size(), 1u);
+    const auto tip = project(of.projection, state.instruments[0].rod.position.back());
+    ASSERT_TRUE(tip);
+    EXPECT_EQ(of.tips[0], *tip);
+    EXPECT_EQ(of.centrelines[0].back(), *tip);
+    // the pinhole written out
+    const ConeBeam beam = make_cone_beam(seen.view, {seen.view.primary, seen.view.secondary});
+    const Vec3 way = state.instruments[0].rod.position.back() - beam.source;
+    const double over = beam.sid / way.dot(beam.along);
+    EXPECT_NEAR(of.tips[0][0], 0.5 * beam.pixels[0] + over * way.dot(beam.right) / beam.pitch[0], 1e-9);
+    EXPECT_NEAR(of.tips[0][1], 0.5 * beam.pixels[1] + over * way.dot(beam.down) / beam.pitch[1], 1e-9);
+}
+
+TEST(Observation, IsTheSameOnAnyNumberOfThreadsAndAgainFromTheCache) {
+    Seen seen;
+    seen.view.noise = true;
+    const XrayObservation one = seen.observed(1);
+    for (const unsigned threads : {2u, 3u, 8u}) {
+        const XrayObservation many = seen.observed(threads);
+        EXPECT_EQ(many.image.values, one.image.values);
+        EXPECT_EQ(many.vessel.values, one.vessel.values);
+        EXPECT_EQ(many.depth.values, one.depth.values);
+    }
+    XrayPatient patient(seen.spec, seen.prepared.model);
+    Fluoroscope scope(seen.view);
+    (void)observe(scope, patient, seen.prepared.model, make_initial_state(seen.prepared.model), 0); // what stands still is kept from there
+    scope.console() = {};
+    const XrayObservation later = observe(scope, patient, seen.prepared.model, seen.simulator->state(), 7);
+    EXPECT_EQ(later.image.values, one.image.values);
+    EXPECT_EQ(later.device.values, one.device.values);
+    EXPECT_EQ(later.vessel.values, one.vessel.values);
+    EXPECT_EQ(later.depth.values, one.depth.values);
+}
+
+TEST(Observation, TheVisiblePartOfAStateIsSeenAsTheStateIs) {
+    Seen seen;
+    State part = visible_part(make_initial_state(seen.prepared.model));
+    update_visible_part(seen.prepared.model, seen.simulator->state(), part);
+    XrayPatient patient(seen.spec, seen.prepared.model);
+    Fluoroscope scope(seen.view);
+    const XrayObservation of_part = observe(scope, patient, seen.prepared.model, part, 7);
+    const XrayObservation of_all = seen.observed();
+    EXPECT_EQ(of_part.image.values, of_all.image.values);
+    EXPECT_EQ(of_part.depth.values, of_all.depth.values);
+    EXPECT_EQ(of_part.tips, of_all.tips);
+}
+
+} // namespace
+} // namespace trocar::engine
