@@ -98,12 +98,14 @@ struct InstrumentState {
     std::vector<Vec3> skin; // [skin vertex_count] m, at the end of the last step
     FollowState follow;
     bool drive_stopped = false;        // in the last step: the motion that the drive command asked for met the wall
+    bool carried = false;             // the last step ended where it looked ahead to, between planes of earlier ones
     bool kept_inside = false;         // the last test found the rod within its wall, and every step since was tested
     Route route;                      // where it is now; the model's radii and lengths
     fem::LinkFrames route_frames;
     spheretree::ChainState chain;          // its hints: the lumen's spheres that held the links in the last step
     std::vector<fem::RodPlane> planes;     // of the last solve: what the next one looks ahead with
     std::vector<WallPress> presses;        // [planes]
+    std::vector<double> known;             // [2 node_count] m, how far a place and its wall may come before they meet what its planes do not tell; or empty
     std::vector<fem::RodPlane> self_planes; // that places of its own rod carry, of the last solve
     std::uint64_t exact_candidates = 0;    // of the last exact stage: the forecast of the next
 };

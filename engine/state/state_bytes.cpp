@@ -67,6 +67,8 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
     for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
         if (list->size() != angles || !std::all_of(list->begin(), list->end(), [](double value) { return std::isfinite(value); }))
             return false;
+    if (!is_none_or(state.known.size(), 2 * nodes) || !std::all_of(state.known.begin(), state.known.end(), [](double value) { return std::isfinite(value); }))
+        return false;
     const FollowState& f = state.follow;
     const bool follow_finite = std::isfinite(f.progress + f.best_progress + f.best_insertion + f.astray_insertion + f.fork +
                                              f.retract_from + f.turned_for + f.missing);

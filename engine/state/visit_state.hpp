@@ -69,14 +69,14 @@ void visit_plane(Visitor& visitor, Plane& plane) {
 
 template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
-    auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, self_planes, exact_candidates] =
+    auto& [rod, skin, follow, drive_stopped, carried, kept_inside, route, route_frames, chain, planes, presses, known, self_planes, exact_candidates] =
         instrument;
     auto& [position, velocity, insertion, rotation, angle, spin] = rod;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
     visit_numbers(visitor, insertion, rotation);
-    for (auto* values : {&angle, &spin}) visitor.list(*values, [&](auto& value) { visitor.number(value); });
+    for (auto* values : {&angle, &spin, &known}) visitor.list(*values, [&](auto& value) { visitor.number(value); });
     visit_follow(visitor, follow);
-    visit_numbers(visitor, drive_stopped, kept_inside, exact_candidates);
+    visit_numbers(visitor, drive_stopped, carried, kept_inside, exact_candidates);
     visit_points(visitor, route.points); // radii and lengths are the model's
     visit_frames(visitor, route_frames);
     visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });

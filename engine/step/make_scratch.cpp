@@ -81,8 +81,12 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.links_t0.reserve(places);
         own.links_t1.reserve(places);
         own.wall_distance.reserve(places);
+        own.order.reserve(places);
+        own.fresh.reserve(places);
         own.last_planes.reserve(state.instruments[i].planes.capacity());
         own.last_presses.reserve(state.instruments[i].planes.capacity());
+        own.carried_planes.reserve(state.instruments[i].planes.capacity());
+        own.carried_presses.reserve(state.instruments[i].planes.capacity());
         own.pushes.reserve(places + kSparePlanes);
         own.thicker = model.instruments[i].rod;
         own.taken.reserve(state.instruments[i].planes.capacity());
@@ -134,6 +138,7 @@ void reserve_state(const SceneModel& model, State& state) {
         own.chain.links_t1.reserve(places);
         own.planes.reserve(places * kPlanesPerPlace + kSparePlanes);
         own.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
+        own.known.reserve(places);
         if (model.instruments[i].self_contact && model.effects.self_contact) own.self_planes.reserve(fem::kSelfPlanesPerNode * model.instruments[i].rod.node_count());
     }
 }

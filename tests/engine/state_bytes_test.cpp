@@ -30,6 +30,7 @@ State one_of_each() {
     InstrumentState& instrument = state.instruments.emplace_back();
     instrument.rod.position = instrument.rod.velocity = instrument.skin = instrument.route.points = {Vec3(7, 8, 9)};
     instrument.rod.angle = instrument.rod.spin = {0.5};
+    instrument.known = {0.25};
     instrument.route_frames.frame.resize(1);
     instrument.chain.hint = {3};
     instrument.planes.resize(1);
@@ -130,6 +131,8 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"skin", [](State& s) { s.instruments[0].skin[0].x() += 1.0; }},
         {"drive_stopped", [](State& s) { s.instruments[0].drive_stopped = true; }},
         {"kept_inside", [](State& s) { s.instruments[0].kept_inside = true; }},
+        {"carried", [](State& s) { s.instruments[0].carried = true; }},
+        {"known", [](State& s) { s.instruments[0].known[0] += 1.0; }},
         {"route", [](State& s) { s.instruments[0].route.points[0].x() += 1.0; }},
         {"route_frames", [](State& s) { s.instruments[0].route_frames.frame[0].turn[1][1] += 1.0; }},
         {"chain.hint", [](State& s) { ++s.instruments[0].chain.hint[0]; }},

@@ -1,5 +1,8 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 
+#include "engine/step/instrument/carry_response.hpp"
+#include "engine/step/instrument/wall_exchange.hpp"
+
 #include "engine/effects/call.hpp"
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
@@ -147,6 +150,11 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         now.drive_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
+        if (!is_way_known(model, i, state, advance)) {
+            ++report.drive_limited;
+            scratch.command = {as_written(std::min(scratch.command.insertion, from.insertion)), as_written(from.rotation)};
+            continue;
+        }
         report.drive_limited += advance > kDriveReach || advance < -kDriveReach;
         scratch.command.insertion = as_written(from.insertion + std::clamp(advance, -kDriveReach, kDriveReach));
         scratch.command.rotation = as_written(scratch.command.rotation);
@@ -338,6 +346,7 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
             ++report.self_contacts;
             report.self_force_n += plane.force;
         }
+        report.exchange_gap_n += find_exchange_gap(model, i, state, rods);
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     for (const fem::RodMeeting& meeting : state.meetings) {
