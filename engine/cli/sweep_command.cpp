@@ -282,6 +282,7 @@ int sweep(SweepRequest& request) {
         if (const auto dropped = ResultStore(request.out, *plan).drop_failed(); !dropped) return report_error(dropped.error());
     if (request.slurm) return one.submit_array();
     const int code = one.run();
+    ResultStore(request.out, *plan).drop_packed_parts(); // a killed worker's child may have held one until now
     if (request.table.empty() || code == kExitInterrupted) return code;
     const int collected = one.collect();
     return code != kExitFine ? code : collected;

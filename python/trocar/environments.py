@@ -173,7 +173,7 @@ class Environments:
                 raise ValueError(f"mask: found {chosen.dtype} {chosen.shape}, expected bool ({self.num_envs},)")
             which = chosen.astype(int).tolist()
         observations, infos = self._batch.reset(taken, which)
-        self._state = observations
+        self._state: NDArray[np.float32] = observations  # whatever is observed
         return self._observed(observations, infos), infos
 
     def step(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
@@ -183,7 +183,7 @@ class Environments:
             answer = self._batch.step(self._checked(actions))
         if self._batch.has_more_to_tell:
             self._add_rare(answer[4])
-        self._state: NDArray[np.float32] = answer[0]  # whatever is observed
+        self._state = answer[0]  # whatever is observed
         if self.observation != "state":
             answer = (self._observed(answer[0], answer[4]), *answer[1:])
         told: tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]] = answer

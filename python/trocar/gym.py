@@ -42,8 +42,12 @@ def _spaces(environments: Environments) -> tuple[Any, Any]:
     limits = environments.limits.astype(np.float32)
     state = spaces.Box(environments.low, environments.high, dtype=np.float32)
     pixels = spaces.Box(0, 255, environments.picture_shape, dtype=np.uint8)
-    observed = {"state": lambda: state, "pixels": lambda: pixels, "both": lambda: spaces.Dict({"state": state, "pixels": pixels})}
-    return observed[environments.observation](), spaces.Box(-limits, limits, dtype=np.float32)
+    observed: Any = state
+    if environments.observation == "pixels":
+        observed = pixels
+    elif environments.observation == "both":
+        observed = spaces.Dict({"state": state, "pixels": pixels})
+    return observed, spaces.Box(-limits, limits, dtype=np.float32)
 
 
 def _check_render_mode(mode: Optional[str]) -> None:
