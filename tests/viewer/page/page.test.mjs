@@ -36,6 +36,7 @@ before(async () => {
 after(async () => {
     await browser?.close();
     const code = await served?.stop();
+    Served.stopAll();
     rmSync(folder, { recursive: true });
     assert.equal(code, 0);
 });

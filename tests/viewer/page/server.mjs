@@ -8,13 +8,22 @@ const { chromium } = require("playwright-core");
 export const kPatience = 120_000; // ms
 
 export class Served {
+    static running = new Set();
+    /// Of tests that ended before they stopped theirs: node waits for them, and says nothing until then.
+    static stopAll() {
+        for (const one of Served.running) one.process.kill("SIGKILL");
+    }
     /// Starts `trocar view` and waits for its address.
     static async start(scene, more = []) {
         const served = new Served();
         served.process = spawn(process.env.TROCAR, ["view", scene, "--quiet", ...more], { stdio: ["ignore", "pipe", "pipe"] });
         served.errors = "";
         served.process.stderr.on("data", (data) => { served.errors += data; });
-        served.ended = new Promise((resolve) => served.process.on("exit", resolve));
+        Served.running.add(served);
+        served.ended = new Promise((resolve) => served.process.on("exit", (code) => {
+            Served.running.delete(served);
+            resolve(code);
+        }));
         served.url = await new Promise((resolve, reject) => {
             let text = "";
             served.process.stdout.on("data", (data) => {
