@@ -277,12 +277,12 @@ int sweep(SweepRequest& request) {
         fmt::print("{} runs in {} chunks, 0 to {}   plan {}\n", plan->run_count(), plan->chunk_count(), plan->chunk_count() - 1, (request.out / sweep_name::kPlan).string());
         return kExitFine;
     }
-    if (!is_new) ResultStore(request.out, *plan).drop_packed_parts();
+    const ResultStore store(request.out, *plan);
     if (request.retry_failed)
-        if (const auto dropped = ResultStore(request.out, *plan).drop_failed(); !dropped) return report_error(dropped.error());
-    if (request.slurm) return one.submit_array();
-    const int code = one.run();
-    ResultStore(request.out, *plan).drop_packed_parts(); // a killed worker's child may have held one until now
+        if (const auto dropped = store.drop_failed(); !dropped) return report_error(dropped.error());
+    const int code = request.slurm ? one.submit_array() : one.run();
+    store.drop_packed_parts(); // left by killed workers: while a child of theirs lives it holds them
+    if (request.slurm) return code;
     if (request.table.empty() || code == kExitInterrupted) return code;
     const int collected = one.collect();
     return code != kExitFine ? code : collected;

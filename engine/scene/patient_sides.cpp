@@ -1,7 +1,7 @@
 #include "engine/scene/patient_sides.hpp"
 
-#include <algorithm>
 #include <array>
+#include <utility>
 
 namespace trocar::engine {
 
@@ -13,14 +13,15 @@ constexpr double kTie = 1e-6;
 } // namespace
 
 std::string side_letters(const Vec3& direction) {
-    struct Share {
-        char letter;
-        double share;
-    };
-    std::array<Share, 6> sides{{{'R', direction.x()}, {'L', -direction.x()}, {'A', direction.y()}, {'P', -direction.y()}, {'H', direction.z()}, {'F', -direction.z()}}};
-    std::stable_sort(sides.begin(), sides.end(), [](const Share& a, const Share& b) { return a.share > b.share + kTie; });
-    std::string letters(1, sides[0].letter);
-    if (sides[1].share > kSecondLetter) letters += sides[1].letter;
+    std::array<std::pair<char, double>, 6> sides{{{'R', direction.x()}, {'L', -direction.x()}, {'A', direction.y()}, {'P', -direction.y()}, {'H', direction.z()}, {'F', -direction.z()}}};
+    std::string letters;
+    for (const double least : {-1.0, kSecondLetter}) { // of what is left the nearest, of equals the first
+        auto nearest = sides.begin();
+        for (auto it = sides.begin(); it != sides.end(); ++it)
+            if (it->second > nearest->second + kTie) nearest = it;
+        if (nearest->second > least) letters += nearest->first;
+        nearest->second = -2.0;
+    }
     return letters;
 }
 

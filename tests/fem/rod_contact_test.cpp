@@ -67,6 +67,57 @@ TEST(RodContact, PlanesThatAreReachedOnlyWithinAnIterationHold) {
     }
 }
 
+/// A rod is pushed against facets of a wall that gives way as one, whatever they look along, however much it gives, and whatever it pushed with:
+/// they push where they touch, pull nowhere, and the wall has gone by give (felt - sum of what they push with).
+TEST(RodContact, FacetsOfAPlaceThatGivesPushWhereTheyTouchAndNowhereElse) {
+    std::mt19937_64 random(28);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    std::size_t solves = 0, unsettled = 0, pressing = 0;
+    double deepest = 0.0;
+    for (int k = 0; k < 300; ++k) {
+        RodDesign design = test::bare_design(0.06, 2e-3);
+        design.radius = between(0.25e-3, 1e-3);
+        design.young_modulus = std::pow(10.0, between(7.0, 9.3)); // Pa
+        const RodModel model = make_rod_model(design).value();
+        RodDrive drive;
+        drive.port = {Vec3::Zero(), Vec3::UnitZ()};
+        drive.insertion = 0.05;
+        RodState state;
+        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        const double give = std::pow(10.0, between(-6.0, -1.0)), force = std::pow(10.0, between(-3.0, 0.0)); // m/N, N
+        const Vec3 felt(between(-force, force), between(-force, force), between(-force, 0.0));
+        const auto tip = static_cast<Index>(model.node_count() - 2);
+        std::vector<RodPlane> planes;
+        for (auto left = static_cast<int>(between(1.0, 13.0)); left > 0; --left) {
+            const double turn = between(0.0, 6.28), lean = between(0.0, 1.55);
+            RodPlane plane{.node = tip, .weight = 1.0, .normal = Vec3(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn), -std::cos(lean))};
+            plane.offset = plane.normal.dot(state.position.back()) + between(-5e-4, 0.0);
+            plane.give = give, plane.felt = felt;
+            planes.push_back(plane);
+        }
+        RodWorkspace workspace;
+        for (int step = 0; step < 10; ++step) {
+            drive.insertion += between(0.0, 2e-4);
+            const RodReport report = solve_rod(model, state, 0.01, 2, drive, planes, workspace);
+            ASSERT_EQ(report.first_bad_node, kNoIndex);
+            ++solves, unsettled += report.unconverged > 0;
+            if (report.unconverged > 0) continue;
+            Vec3 sum = Vec3::Zero();
+            for (const RodPlane& plane : planes) sum += plane.force * plane.normal;
+            for (const RodPlane& plane : planes) {
+                const double gap = plane.normal.dot(state.position.back()) - plane.offset - plane.normal.dot(Vec3(give * (felt - sum))) + plane.force / drive.contact_stiffness;
+                EXPECT_GE(plane.force, 0.0);
+                deepest = std::max({deepest, -gap, plane.force > 0.0 ? gap : 0.0});
+                pressing += plane.force > 0.0;
+            }
+        }
+    }
+    std::printf("margin: %zu of %zu solves unsettled, %zu facets pressed; off by %.3g m at most\n", unsettled, solves, pressing, deepest);
+    EXPECT_LE(unsettled, solves / 50);
+    EXPECT_LT(deepest, 1e-5) << "m; as near as a settled solve comes";
+    EXPECT_GT(pressing, solves / 4);
+}
+
 TEST(RodContact, EndsInABalanceOfForcesInNarrowWindingTubes) {
     std::mt19937 random(19);
     const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };

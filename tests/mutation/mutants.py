@@ -74,6 +74,8 @@ MUTANTS = [
            "now.planes[k].felt += felt;", "now.planes[k].felt += 0.0 * felt;", "engine", "RodInTissue.*"),
     Mutant("answer-halved", "the tissue feels half of what the rod's answer says", "engine/step/instrument/wall_exchange.cpp",
            "Vec3(pushed + push.felt - push.force)", "Vec3(pushed + push.felt - 0.5 * push.force)", "engine", "RodInTissue.*"),
+    Mutant("given-unsearched", "how a place of the wall gives is found without a line search", "fem/rod/rod_contact.hpp",
+           "kGivenTolerance{.overshoot = 1e-9,", "kGivenTolerance{.overshoot = 1e300,", "engine", "RodInTissue.AStiff*"),
     Mutant("one-sided-planes", "planes are taken from the nearest side alone", "engine/step/instrument/wall_planes.cpp",
            "kSpreads[] = {{0.5, 1}, {0.9, 3}}", "kSpreads[] = {{0.9, 3}, {0.9, 3}}", "engine", "WallPlanes.ARodThatFits*"),
     Mutant("unheld", "what pressed lets go in a stage's first correction", "fem/rod/rod_step.hpp",
