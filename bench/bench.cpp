@@ -21,6 +21,11 @@ std::string cell(const BenchRow& value) {
     if (value.is_null()) return "-";
     if (value.is_string()) return value.get<std::string>();
     if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
+    if (value.is_array()) {
+        std::string text;
+        for (const BenchRow& one : value) text += (text.empty() ? "" : " ") + cell(one);
+        return text;
+    }
     return value.dump();
 }
 

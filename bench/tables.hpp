@@ -23,6 +23,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_fluoroscopy(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_literature(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_import(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
@@ -33,6 +34,8 @@ inline constexpr std::array kBenches{
     Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",
           bench_validation},
     Bench{"laws", "laws of contact, each with its reference and bound, at several steps, meshers and budgets", bench_laws},
+    Bench{"literature", "the literature's cases of rods and tissue: reference, several resolutions, order of convergence, target met or not",
+          bench_literature},
     Bench{"hard-cases", "every hard case with its bound, what is measured, and by how much it holds; --long: ten minutes of simulated time",
           bench_hard_cases},
     Bench{"spheretree", "sphere trees of many meshes by each builder: size, tightness, coverage, time; the descent's rate of tests",

@@ -97,6 +97,9 @@ void tell_instruments(const Scene& scene, const PreparedScene& prepared, std::st
         if (m.inside)
             text += fmt::format("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
                        prepared.model.instruments[*m.inside].name);
+        if (m.tip_hold)
+            text += fmt::format("  {:<15} its tip is clamped{}{}\n", "", m.tip_hold->slides ? ", free along its axis" : "",
+                       m.tip_hold->spins ? ", free about its axis" : "");
         if (m.route)
             text += fmt::format("  {:<15} driven to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
                        scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),

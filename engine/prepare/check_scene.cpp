@@ -98,6 +98,8 @@ void check_shape(const std::string& key, const ShapeSpec& shape, SceneCheck& che
 void check_fixed(const std::string& key, const FixedRegion& region, SceneCheck& check) {
     if (region.kind == RegionKind::Direction) check.keys<DirectionRegionKeys>(key, region);
     if (region.kind == RegionKind::Sphere) check.keys<SphereRegionKeys>(key, region);
+    if (region.kind == RegionKind::Plane) check.keys<PlaneRegionKeys>(key, region);
+    if (region.kind == RegionKind::Near) check.keys<NearRegionKeys>(key, region);
 }
 
 void check_rows(const std::string& key, const std::vector<LoadRow>& rows, SceneCheck& check) {
@@ -109,15 +111,36 @@ void check_rows(const std::string& key, const std::vector<LoadRow>& rows, SceneC
     }
 }
 
+void check_frames(const std::string& key, const std::vector<KeyFrame>& frames, SceneCheck& check) {
+    double last = -kNoLimit;
+    for (const KeyFrame& frame : frames) {
+        check.number(key, frame.time, last, kNoLimit);
+        check.place(key, frame.displacement);
+        last = frame.time;
+    }
+}
+
 void check_held(const std::string& key, const HeldRegion& held, SceneCheck& check) {
     check_fixed(key, held.region, check);
     check.keys<HeldMotionKeys>(key, held);
     check_rows(key + ".turns", held.turns, check);
-    double last = -kNoLimit;
-    for (const KeyFrame& frame : held.moves) {
-        check.number(key + ".moves", frame.time, last, kNoLimit);
-        check.place(key + ".moves", frame.displacement);
-        last = frame.time;
+    check_frames(key + ".moves", held.moves, check);
+}
+
+/// Torsion is the effect twist.
+void check_tip(const std::string& key, const SceneInstrument& instrument, SceneCheck& check) {
+    const bool twists = instrument.design.torsion;
+    if (const auto& load = instrument.tip_load) {
+        check_rows(key + ".tip_load.over", load->over, check);
+        if (load->torque != 0.0 && !twists) check.fail(key + ".tip_load.torque", "found a torque without the effect twist, expected that effect");
+    }
+    if (const auto& clamp = instrument.tip_clamp) {
+        check.keys<TipClampKeys>(key + ".tip_clamp", *clamp);
+        check_rows(key + ".tip_clamp.turns", clamp->turns, check);
+        check_rows(key + ".tip_clamp.rotation", clamp->rotation, check);
+        check_frames(key + ".tip_clamp.moves", clamp->moves, check);
+        if (!clamp->rotation.empty() && !twists)
+            check.fail(key + ".tip_clamp.rotation", "found a rotation without the effect twist, expected that effect");
     }
 }
 
@@ -149,12 +172,7 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     }
     if (body.kind == BodyKind::Kinematic && body.motion.empty())
         check.fail(key + ".motion", "found no row, expected one at least for a kinematic body");
-    double last = -kNoLimit;
-    for (const KeyFrame& frame : body.motion) {
-        check.number(key + ".motion", frame.time, last, kNoLimit);
-        check.place(key + ".motion", frame.displacement);
-        last = frame.time;
-    }
+    check_frames(key + ".motion", body.motion, check);
 }
 
 void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
@@ -165,7 +183,7 @@ void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
     if (instrument.inside != kNoIndex) check.index(key + ".inside", instrument.inside, i, "instrument before it,");
     check_place(scene, key + ".entry", instrument.entry, check);
     check.keys<InstrumentKeys>(key, instrument);
-    if (instrument.tip_load) check_rows(key + ".tip_load.over", instrument.tip_load->over, check);
+    check_tip(key, instrument, check);
     double last = -kNoLimit;
     for (const PathPoint& point : instrument.path) {
         check.number(key + ".path", point.time, last, kNoLimit);

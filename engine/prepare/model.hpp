@@ -79,6 +79,15 @@ struct BodyModel {
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || host_body || !pulse_reach.empty(); }
 };
 
+/// What holds the last segment of a rod, and how it moves.
+struct TipHold {
+    bool slides = false, spins = false;
+    std::vector<LoadRow> rotation; // rad about its own axis
+    std::vector<MotionRow> moves;
+    std::vector<LoadRow> turns; // rad
+    Vec3 point = Vec3::Zero(), axis = Vec3::UnitZ();
+};
+
 struct InstrumentModel {
     std::string name;
     fem::RodModel rod;
@@ -92,7 +101,9 @@ struct InstrumentModel {
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
     Vec3 tip_force = Vec3::Zero();     // N, with the effect loads
-    std::vector<LoadRow> tip_over;     // its factor over time; empty: 1
+    double tip_torque = 0.0;           // N m, the same
+    std::vector<LoadRow> tip_over;     // factor of both over time; empty: 1
+    std::optional<TipHold> tip_hold;   // none: the tip is free
     DriveLimits limits;
     std::vector<DriveRow> path;                 // followed; with a route too that only measures
     std::optional<Route> route;                 // at rest
@@ -103,9 +114,9 @@ struct InstrumentModel {
     collision::SurfaceTopology topology; // of the skin
 };
 
-/// With the effect instrument_contact: an implicit rod alone, without a wire.
+/// With the effect instrument_contact: an implicit rod alone, without a wire, whose tip is free.
 [[nodiscard]] inline bool meets_instruments(const InstrumentModel& instrument) noexcept {
-    return instrument.mass_spring_substeps == 0 && !instrument.inside && !instrument.wire;
+    return instrument.mass_spring_substeps == 0 && !instrument.inside && !instrument.wire && !instrument.tip_hold;
 }
 
 struct SceneModel {

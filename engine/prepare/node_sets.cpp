@@ -1,10 +1,12 @@
 #include "engine/prepare/node_sets.hpp"
 
 #include "base/topology.hpp"
+#include "base/triangle_tree.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace trocar::engine {
@@ -16,6 +18,13 @@ bool in_region(const FixedRegion& region, const Vec3& p, double least, double mo
         return region.box.contains(p);
     case RegionKind::Sphere:
         return (p - region.centre).squaredNorm() <= region.radius * region.radius;
+    case RegionKind::Plane: {
+        const double before = region.normal.dot(p - region.point);
+        return region.within > 0.0 ? std::abs(before) <= region.within : before >= 0.0;
+    }
+    case RegionKind::Near:
+    case RegionKind::Listed:
+        return false; // by their ids
     case RegionKind::Direction:
         break;
     }
@@ -45,6 +54,7 @@ void add_nodes(const fem::TissueModel& tissue, const std::vector<Index>& nodes, 
 } // namespace
 
 std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes) {
+    if (region.kind == RegionKind::Listed) return region.nodes;
     double least = std::numeric_limits<double>::infinity(), most = -least;
     for (const Vec3& p : nodes) {
         least = std::min(least, region.direction.dot(p));
@@ -54,6 +64,48 @@ std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vecto
     for (Index i = 0; i < nodes.size(); ++i)
         if (in_region(region, nodes[i], least, most)) found.push_back(i);
     return found;
+}
+
+namespace {
+
+Result<void> list_near(const Scene& scene, const std::string& key, const std::vector<Vec3>& nodes, const std::vector<BodyModel>& before,
+                       const BodyModel& own, FixedRegion& region) {
+    const auto is_it = [&](const BodyModel& body) { return body.name == region.surface; };
+    const auto found = std::find_if(before.begin(), before.end(), is_it);
+    if (found == before.end() && !is_it(own))
+        return scene_error(scene, key + ".near.surface",
+                           fmt::format("found \"{}\"; expected {}, or a body that stands before it in the scene", region.surface, own.name));
+    const TriMesh& surface = found == before.end() ? own.surface : found->surface;
+    const TriangleTree tree(surface);
+    for (Index i = 0; i < nodes.size(); ++i)
+        if (tree.closest(nodes[i], region.distance)) region.nodes.push_back(i);
+    region.kind = RegionKind::Listed;
+    return {};
+}
+
+Result<void> list_region(const Scene& scene, const std::string& key, const std::vector<Vec3>& nodes, const std::vector<BodyModel>& before,
+                         const BodyModel& own, FixedRegion& region) {
+    if (region.kind == RegionKind::Near) return list_near(scene, key, nodes, before, own, region);
+    if (region.kind != RegionKind::Listed || region.nodes.empty() || region.nodes.back() < nodes.size()) return {};
+    return scene_error(scene, key + ".nodes",
+                       fmt::format("{} lists node {}; expected at most {}, the last one of the coarse mesh of {}", region.file.string(),
+                                   region.nodes.back(), nodes.size() - 1, own.name));
+}
+
+} // namespace
+
+Result<SceneBody> list_region_nodes(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes, const std::vector<BodyModel>& before,
+                                    const BodyModel& own) {
+    SceneBody listed = body;
+    const auto list = [&](const char* key, std::size_t i, FixedRegion& region) {
+        return list_region(scene, fmt::format("bodies.{}.{}", body.name, fmt::format(fmt::runtime(key), i)), nodes, before, own, region);
+    };
+    for (std::size_t i = 0; i < listed.fixed.size(); ++i)
+        if (const Result<void> done = list("fixed[{}]", i, listed.fixed[i].region); !done.ok()) return done.error();
+    for (std::size_t i = 0; i < listed.loads.size(); ++i)
+        if (auto& region = listed.loads[i].region)
+            if (const Result<void> done = list("loads[{}].where", i, *region); !done.ok()) return done.error();
+    return listed;
 }
 
 std::vector<Index> find_pinned(const std::vector<HeldRegion>& regions, const std::vector<Vec3>& nodes) {

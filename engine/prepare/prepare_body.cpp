@@ -216,16 +216,19 @@ std::vector<double> find_node_give(const fem::TissueModel& tissue, double step) 
     return give;
 }
 
-Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const SceneAllowance& allowance, BodyModel& model, TetMesh& coarse,
-                            BodySummary& summary, std::vector<std::string>& notices) {
-    const std::string key = "bodies." + body.name;
-    if (const Result<void> sized = check_max_volume(scene, body, model.surface, allowance); !sized.ok()) return sized;
-    Result<TetMesh> mesh = make_coarse(body, model.surface, {summary.notes, notices});
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const SceneAllowance& allowance, const std::vector<BodyModel>& before,
+                            BodyModel& model, TetMesh& coarse, BodySummary& summary, std::vector<std::string>& notices) {
+    const std::string key = "bodies." + spec.name;
+    if (const Result<void> sized = check_max_volume(scene, spec, model.surface, allowance); !sized.ok()) return sized;
+    Result<TetMesh> mesh = make_coarse(spec, model.surface, {summary.notes, notices});
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > allowance.tets)
         return scene_error(scene, key + ".coarse",
                            fmt::format("found {} tetrahedra, {} with the other bodies; expected at most {} in the scene", mesh->tets.size(),
                                        kMostTets - allowance.tets + mesh->tets.size(), kMostTets));
+    const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, before, model);
+    if (!listed.ok()) return listed.error();
+    const SceneBody& body = *listed;
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
@@ -296,7 +299,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {
-        const Result<void> done = prepare_tissue(scene, body, allowance, model, coarse.meshes.back(), summary, prepared.notices);
+        const Result<void> done = prepare_tissue(scene, body, allowance, prepared.model.bodies, model, coarse.meshes.back(), summary, prepared.notices);
         if (!done.ok()) return done;
         summarise_links(*model.links, summary);
     }

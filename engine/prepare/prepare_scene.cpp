@@ -60,6 +60,15 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
     return {};
 }
 
+TipHold make_tip_hold(const TipClamp& clamp) {
+    TipHold hold;
+    hold.slides = clamp.slides, hold.spins = clamp.spins;
+    hold.rotation = clamp.rotation, hold.turns = clamp.turns;
+    hold.point = clamp.point, hold.axis = clamp.axis;
+    for (const KeyFrame& frame : clamp.moves) hold.moves.push_back({frame.time, frame.displacement});
+    return hold;
+}
+
 Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, PatientShelf& shelf,
                                 PreparedScene& prepared) {
     const std::string key = "instruments." + spec.name;
@@ -84,10 +93,12 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
         prepared.model.instruments[spec.inside].wire = prepared.model.instruments.size();
         prepared.model.instruments[spec.inside].self_contact = false;
     }
-    model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && spec.inside == kNoIndex; // unless a wire runs in it
+    model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && spec.inside == kNoIndex && !spec.tip_clamp; // unless a wire runs in it
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
-    if (spec.tip_load && scene.effects.loads) model.tip_force = spec.tip_load->force, model.tip_over = spec.tip_load->over;
+    if (spec.tip_load && scene.effects.loads)
+        model.tip_force = spec.tip_load->force, model.tip_torque = spec.tip_load->torque, model.tip_over = spec.tip_load->over;
+    if (spec.tip_clamp) model.tip_hold = make_tip_hold(*spec.tip_clamp);
     model.limits = spec.limits;
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
     if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;

@@ -1,6 +1,7 @@
 #include "engine/prepare/scripted_motion.hpp"
 
 #include "base/trig.hpp"
+#include "fem/rod/rod_frames.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +29,10 @@ double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept {
     return from.value + (time - from.time) / (to.time - from.time) * (to.value - from.value);
 }
 
+static Mat3 turn_at(const Vec3& axis, const std::vector<LoadRow>& turns, double time) noexcept {
+    return turns.empty() ? Mat3(Mat3::Identity()) : rotation_about(axis, evaluate_rows(turns, time));
+}
+
 void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& target) {
     if (body.held.empty()) return;
     const fem::TissueModel& tissue = *body.tissue;
@@ -35,10 +40,25 @@ void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& targ
         for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node]);
     for (const HeldNodes& held : body.held) {
         const Vec3 moved = evaluate_motion(held.moves, time);
-        const Mat3 turn = held.turns.empty() ? Mat3(Mat3::Identity()) : rotation_about(held.axis, evaluate_rows(held.turns, time));
+        const Mat3 turn = turn_at(held.axis, held.turns, time);
         for (const Index k : held.pinned)
             target[k] = held.point + turn * (tissue.rest_position[tissue.pinned[k]] - held.point) + moved;
     }
+}
+
+fem::RodClamp find_tip_clamp(const InstrumentModel& instrument, double time) noexcept {
+    const TipHold& hold = *instrument.tip_hold;
+    const fem::RodPort& port = instrument.port;
+    const double start = instrument.path.empty() ? 0.0 : instrument.path.front().rotation;
+    const Vec3 rest = port.position + instrument.inserted * port.direction;
+    const Vec3 across = rotation_about(port.direction, start) * fem::perpendicular_axis(port.direction);
+    const Mat3 turn = turn_at(hold.axis, hold.turns, time);
+    fem::RodClamp clamp;
+    clamp.position = hold.point + turn * (rest - hold.point) + evaluate_motion(hold.moves, time);
+    clamp.direction = turn * port.direction;
+    clamp.axis = turn * (turn_at(port.direction, hold.rotation, time) * across);
+    clamp.slides = hold.slides, clamp.spins = hold.spins;
+    return clamp;
 }
 
 double wave_at(double period, double time) noexcept {

@@ -14,6 +14,9 @@ namespace trocar::engine {
 /// Where held nodes are that move as told. target [pinned_count] m, or empty, which is filled with the rest places first.
 void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& target);
 
+/// Where a rod's tip is held at a time.
+[[nodiscard]] fem::RodClamp find_tip_clamp(const InstrumentModel& instrument, double time) noexcept;
+
 /// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
 /// source   amplitude (1 - cos) / 2
 [[nodiscard]] double wave_at(double period, double time) noexcept;

@@ -286,15 +286,54 @@ struct SphereRegionKeys {
                          part_key<BallKeys>(s, object_field("sphere", table_of<BallKeys>(), "Centre and radius.").required()));
     }
 };
-static_assert(describes_all<DirectionRegionKeys, BoxRegionKeys, BallKeys>);
+struct PlaneKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"plane", "A plane, and how far from it."},
+                         key(s.point, vector_field("point", Dimension::Length, coordinate(), "Of the plane.").required()),
+                         direction_key(s.normal, vector_field("normal", Dimension::None, {}, "Across it; its length does not matter.").required()),
+                         key(s.within, number_field("within", Dimension::Length, between(0.0, kLargestShape),
+                                                    "Largest distance from the plane, on either side; 0: all nodes before it.")));
+    }
+};
 
-[[nodiscard]] inline ValueSpec displacement_rows() {
-    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
-                       {"x", Dimension::Length, coordinate()},
-                       {"y", Dimension::Length, coordinate()},
-                       {"z", Dimension::Length, coordinate()}},
-                      1, 1000000);
-}
+struct PlaneRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"fixed plane", "All nodes before a plane, where its normal points to, or near it.", "plane"},
+                         part_key<PlaneKeys>(s, object_field("plane", table_of<PlaneKeys>(), "The plane.").required()));
+    }
+};
+
+struct NearKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"near", "A body's surface, and how far from it."},
+                         key(s.surface, text_field("surface", "Name of a body that stands before this one in the scene, or of this one.").required()),
+                         key(s.distance, number_field("distance", Dimension::Length, above(0.0, kLargestShape), "The largest.").required()));
+    }
+};
+
+struct NearRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"fixed near", "All nodes near a body's surface at rest.", "near"},
+                         part_key<NearKeys>(s, object_field("near", table_of<NearKeys>(), "Which surface, and how near.").required()));
+    }
+};
+
+struct ListedRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"fixed list", "Nodes that a file lists.", "nodes"},
+                         custom_key(path_field("nodes",
+                                               "Text: ids of nodes of the coarse mesh from 0 on, apart by spaces or lines; # begins a comment. "
+                                               "With a coarse mesh from a file they are its own.")
+                                        .required(),
+                                    read_node_list, s.file, s.nodes));
+    }
+};
+static_assert(describes_all<DirectionRegionKeys, BoxRegionKeys, BallKeys, PlaneKeys, NearKeys, ListedRegionKeys>);
 
 /// Of a held region, beside what says where it is.
 struct HeldMotionKeys {
@@ -326,7 +365,8 @@ struct HeldKeys {
 
 [[nodiscard]] inline ValueSpec region_value() {
     return any_value({object_value(table_of<DirectionRegionKeys>()), object_value(table_of<BoxRegionKeys>()),
-                      object_value(table_of<SphereRegionKeys>())});
+                      object_value(table_of<SphereRegionKeys>()), object_value(table_of<PlaneRegionKeys>()),
+                      object_value(table_of<NearRegionKeys>()), object_value(table_of<ListedRegionKeys>())});
 }
 
 /// Of any load, beside what it is.
@@ -434,7 +474,10 @@ struct BodyKeys {
             custom_key(value_field("fixed",
                                    list_value(any_value({object_value(table_of<HeldKeys<DirectionRegionKeys>>()),
                                                          object_value(table_of<HeldKeys<BoxRegionKeys>>()),
-                                                         object_value(table_of<HeldKeys<SphereRegionKeys>>())}),
+                                                         object_value(table_of<HeldKeys<SphereRegionKeys>>()),
+                                                         object_value(table_of<HeldKeys<PlaneRegionKeys>>()),
+                                                         object_value(table_of<HeldKeys<NearRegionKeys>>()),
+                                                         object_value(table_of<HeldKeys<ListedRegionKeys>>())}),
                                               0),
                                    "Regions whose nodes are held, or moved as told; none when absent.")
                            .when({"deformable"}),

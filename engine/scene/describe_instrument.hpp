@@ -80,8 +80,10 @@ static_assert(describes_all<FollowKeys>);
 struct TipLoadKeys {
     using Struct = TipLoad;
     static auto of(auto& s) {
-        return described({"tip_load", "A force on the tip, with the effect loads."},
-                         key(s.force, vector_field("force", Dimension::Force, between(-1e3, 1e3), "It does not turn with the tip.").required()),
+        return described({"tip_load", "A force and a torque on the tip, with the effect loads; one of them at least."},
+                         key(s.force, vector_field("force", Dimension::Force, between(-1e3, 1e3), "It does not turn with the tip.")),
+                         key(s.torque, number_field("torque", Dimension::Torque, between(-10.0, 10.0),
+                                                    "About the tip's own axis, with which it turns; needs the effect twist.")),
                          custom_key(value_field("over", rows_over_time({"factor", Dimension::None, between(-1e6, 1e6)}),
                                                 "Factor over time, linear between rows, held before the first and after the last; 1 when "
                                                 "absent."),
@@ -89,6 +91,29 @@ struct TipLoadKeys {
     }
 };
 static_assert(describes_all<TipLoadKeys>);
+
+struct TipClampKeys {
+    using Struct = TipClamp;
+    static auto of(auto& s) {
+        return described(
+            {"tip_clamp", "What holds the last segment of the rod, from its middle on, where it is at the start, and moves it: turned about its own "
+                          "axis, then about a line, then displaced. It is there without any effect, and not for a rod in another's bore or with a "
+                          "wire in its own. The rod touches neither itself nor other instruments."},
+            key(s.slides, flag_field("slides", "Along its own axis it is free: a force of tip_load pulls there.")),
+            key(s.spins, flag_field("spins", "About its own axis it is free: a torque of tip_load turns it.")),
+            custom_key(value_field("rotation", rows_over_time({"angle", Dimension::Angle, between(-1e6, 1e6)}),
+                                   "Angle about its own axis over time, linear between rows; needs the effect twist."),
+                       read_rotation, s.rotation),
+            custom_key(value_field("moves", displacement_rows(), "Displacement over time, linear between rows; it rests when absent."), read_moves,
+                       s.moves),
+            custom_key(value_field("turns", rows_over_time({"angle", Dimension::Angle, between(-1e6, 1e6)}),
+                                   "Angle over time, linear between rows, about the line through turn_point along turn_axis; before moves."),
+                       read_turns, s.turns),
+            key(s.point, vector_field("turn_point", Dimension::Length, coordinate(), "On the line of turns.")),
+            direction_key(s.axis, vector_field("turn_axis", Dimension::None, {}, "Along that line; its length does not matter.")));
+    }
+};
+static_assert(describes_all<TipClampKeys>);
 
 struct InstrumentKeys {
     using Struct = SceneInstrument;
@@ -154,7 +179,8 @@ struct InstrumentKeys {
                                 .default_in_doc()),
             object_key<LimitKeys>(
                 s.limits, object_field("limits", table_of<LimitKeys>(), "Of the drive commands: 35 mm/s and 3.14 rad/s when absent.")),
-            object_key<TipLoadKeys>(s.tip_load, object_field("tip_load", table_of<TipLoadKeys>(), "A force on the tip; none when absent.")),
+            object_key<TipLoadKeys>(s.tip_load, object_field("tip_load", table_of<TipLoadKeys>(), "A force and a torque on the tip; none when absent.")),
+            object_key<TipClampKeys>(s.tip_clamp, object_field("tip_clamp", table_of<TipClampKeys>(), "Holds the tip; it is free when absent.")),
             custom_key(value_field("path", path_value(),
                                    "Drive commands: rows [t, insertion, rotation], or the name of a CSV file with such rows "
                                    "in the scene's units. A file may move several instruments: its header then names them, as in "

@@ -49,4 +49,13 @@ struct TargetPositionKeys {
     return rows_value({{"t", Dimension::Time, between(0.0, 1e6)}, std::move(value)}, 1, 1000000);
 }
 
+/// Rows of a time and a displacement.
+[[nodiscard]] inline ValueSpec displacement_rows() {
+    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
+                       {"x", Dimension::Length, coordinate()},
+                       {"y", Dimension::Length, coordinate()},
+                       {"z", Dimension::Length, coordinate()}},
+                      1, 1000000);
+}
+
 } // namespace trocar::engine

@@ -116,6 +116,8 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
                        refuse_unknown("instrument above this one (a catheter stands before the wire in it)", name, known));
     if (const std::string problem = refuse_pair(scene, scene.instruments[outer], instrument, context.units); !problem.empty())
         return fail_at(context, values, "inside", problem);
+    if (scene.instruments[outer].tip_clamp)
+        return fail_at(context, values, "inside", fmt::format("found {}, whose tip is clamped; expected one without tip_clamp", name));
     instrument.inside = outer;
     instrument.lumen = scene.instruments[outer].lumen;
     instrument.entry = scene.instruments[outer].entry;
@@ -215,6 +217,25 @@ std::optional<Error> read_stiffness(const Reading& reading, std::vector<fem::Sti
     return std::nullopt;
 }
 
+static std::optional<Error> check_tip(const Reading& reading, const SceneInstrument& instrument) {
+    const auto& [context, values, scene] = reading;
+    if (instrument.tip_load) {
+        const Values load = values.object("tip_load");
+        if (!load.has("force") && !load.has("torque"))
+            return fail_at(context, values, "tip_load", "found neither force nor torque; expected one of them at least");
+    }
+    if (!instrument.tip_clamp) return std::nullopt;
+    const Values clamp = values.object("tip_clamp");
+    if (instrument.kind != InstrumentKind::Rod || values.has("inside"))
+        return fail_at(context, values, "tip_clamp", "found for a rod in a bore or a mass-spring chain; expected kind \"rod\", not inside another");
+    if (instrument.tip_clamp->spins && !instrument.tip_clamp->rotation.empty())
+        return fail_at(context, clamp, "rotation", "found beside spins; expected one of them");
+    for (const char* key : {"turn_point", "turn_axis"})
+        if (clamp.has(key) && instrument.tip_clamp->turns.empty())
+            return fail_at(context, clamp, key, "unused key: nothing turns here; expected turns added or this left out");
+    return std::nullopt;
+}
+
 std::optional<Error> read_follow_target(const Reading& follow, Index& target) {
     if (!follow.values.has("target")) return std::nullopt;
     const std::string name = follow.values.text("target");
@@ -234,6 +255,7 @@ std::optional<Error> read_instrument(const Reading& reading, SceneInstrument& in
     const auto& [context, values, scene] = reading;
     if (auto error = read_keys<InstrumentKeys>(reading, instrument)) return error;
     if (auto error = complete_design(context, values, instrument.design)) return error;
+    if (auto error = check_tip(reading, instrument)) return error;
     if (auto error =
             values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))
         return error;

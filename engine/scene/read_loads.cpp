@@ -1,8 +1,12 @@
 // Reads what holds, moves and loads the nodes of a deformable body.
+#include "engine/io/file_bytes.hpp"
 #include "engine/scene/describe_body.hpp"
 #include "engine/scene/read_keys.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
 
 namespace trocar::engine {
 namespace {
@@ -64,8 +68,61 @@ std::optional<Error> read_region(const Reading& reading, const JsonNode& node, F
         region.kind = RegionKind::Direction;
         return read_keys<DirectionRegionKeys>(reading, region);
     }
-    region.kind = node.find("sphere") != nullptr ? RegionKind::Sphere : RegionKind::Box;
-    return region.kind == RegionKind::Sphere ? read_keys<SphereRegionKeys>(reading, region) : read_keys<BoxRegionKeys>(reading, region);
+    if (node.find("sphere") != nullptr) {
+        region.kind = RegionKind::Sphere;
+        return read_keys<SphereRegionKeys>(reading, region);
+    }
+    if (node.find("plane") != nullptr) {
+        region.kind = RegionKind::Plane;
+        return read_keys<PlaneRegionKeys>(reading, region);
+    }
+    if (node.find("near") != nullptr) {
+        region.kind = RegionKind::Near;
+        return read_keys<NearRegionKeys>(reading, region);
+    }
+    if (node.find("nodes") != nullptr) {
+        region.kind = RegionKind::Listed;
+        return read_keys<ListedRegionKeys>(reading, region);
+    }
+    region.kind = RegionKind::Box;
+    return read_keys<BoxRegionKeys>(reading, region);
+}
+
+/// Ids from a text; what is none, and its line.
+static std::optional<std::string> read_ids(std::string_view text, std::vector<Index>& nodes) {
+    std::size_t line = 1;
+    bool comment = false;
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '\n') ++line, comment = false;
+        if (c == '#') comment = true;
+        if (comment || c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ',') {
+            ++at;
+            continue;
+        }
+        Index id = 0;
+        const auto [end, failed] = std::from_chars(text.data() + at, text.data() + text.size(), id);
+        const auto stop = static_cast<std::size_t>(end - text.data());
+        const bool ends = stop == text.size() || std::string_view(" \t\r\n,#").find(text[stop]) != std::string_view::npos;
+        if (failed != std::errc() || !ends)
+            return fmt::format("line {}: found \"{}\"; expected ids of nodes, 0 or more", line, text.substr(at, text.find_first_of(" \t\r\n,#", at) - at).substr(0, 40));
+        nodes.push_back(id);
+        at = stop;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_node_list(const Reading& reading, std::filesystem::path& file, std::vector<Index>& nodes) {
+    if (!reading.values.has("nodes")) return std::nullopt;
+    file = checked_file(reading.context, reading.values.text("nodes"));
+    const Result<std::string> text = read_file_bytes(file);
+    if (!text) return fail_at(reading.context, reading.values, "nodes", text.error().to_string());
+    if (const auto problem = read_ids(*text, nodes))
+        return fail_at(reading.context, reading.values, "nodes", fmt::format("{}: {}", file.string(), *problem));
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    if (!nodes.empty()) return std::nullopt;
+    return fail_at(reading.context, reading.values, "nodes", fmt::format("{} lists no node; expected one at least", file.string()));
 }
 
 template <class Item, class Read>
@@ -91,6 +148,8 @@ std::optional<Error> read_where(const Reading& reading, std::optional<FixedRegio
 }
 
 std::optional<Error> read_over(const Reading& reading, std::vector<LoadRow>& rows) { return read_rows(reading, "over", rows); }
+
+std::optional<Error> read_rotation(const Reading& reading, std::vector<LoadRow>& rows) { return read_rows(reading, "rotation", rows); }
 
 std::optional<Error> read_turns(const Reading& reading, std::vector<LoadRow>& rows) { return read_rows(reading, "turns", rows); }
 

@@ -53,11 +53,13 @@ struct Reading {
 [[nodiscard]] std::optional<Error> read_surface_spec(const Reading& reading, SurfaceSpec& surface);
 [[nodiscard]] std::optional<Error> read_coarse(const Reading& reading, CoarseSpec& coarse);
 [[nodiscard]] std::optional<Error> read_box(const Reading& reading, Box3& box);
+[[nodiscard]] std::optional<Error> read_node_list(const Reading& reading, std::filesystem::path& file, std::vector<Index>& nodes);
 [[nodiscard]] std::optional<Error> read_fixed(const Reading& reading, std::vector<HeldRegion>& fixed);
 [[nodiscard]] std::optional<Error> read_region(const Reading& reading, const JsonNode& node, FixedRegion& region);
 [[nodiscard]] std::optional<Error> read_loads(const Reading& reading, std::vector<LoadSpec>& loads);
 [[nodiscard]] std::optional<Error> read_where(const Reading& reading, std::optional<FixedRegion>& region);
 [[nodiscard]] std::optional<Error> read_over(const Reading& reading, std::vector<LoadRow>& rows);
+[[nodiscard]] std::optional<Error> read_rotation(const Reading& reading, std::vector<LoadRow>& rows);
 [[nodiscard]] std::optional<Error> read_turns(const Reading& reading, std::vector<LoadRow>& rows);
 [[nodiscard]] std::optional<Error> read_moves(const Reading& reading, std::vector<KeyFrame>& moves);
 /// Rows of a time and a displacement under any key.

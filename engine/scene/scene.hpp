@@ -69,10 +69,10 @@ struct CoarseSpec {
     double may_drop = kUsualRemoval;     // [-] share of its volume that may be left out as parts apart from the largest one
 };
 
-enum class RegionKind : std::uint8_t { Direction, Box, Sphere };
+enum class RegionKind : std::uint8_t { Direction, Box, Sphere, Plane, Near, Listed };
 
-/// Coarse nodes that are held: the outermost `fraction` of the body's extent along a direction, or all inside a box or
-/// sphere.
+/// Coarse nodes by where they are at rest: the outermost `fraction` of the body's extent along a direction, all inside a box or sphere,
+/// before a plane or near it, near a body's surface, or a list of them.
 struct FixedRegion {
     RegionKind kind = RegionKind::Direction;
     Vec3 direction = Vec3::UnitZ(); // unit
@@ -80,6 +80,13 @@ struct FixedRegion {
     Box3 box;                       // m
     Vec3 centre = Vec3::Zero();     // m
     double radius = 0.0;            // m
+    Vec3 point = Vec3::Zero();      // m, of the plane
+    Vec3 normal = Vec3::UnitZ();    // unit, of the plane
+    double within = 0.0;            // m, from the plane; 0: all before it
+    std::string surface;            // Near: name of the body whose surface it is
+    double distance = 0.0;          // m, Near: the largest
+    std::filesystem::path file;     // Listed: where the ids come from
+    std::vector<Index> nodes;       // Listed: ascending, each once
 };
 
 /// Displacement of a kinematic body at a time; linear between key frames, held before the first and after the last.
@@ -168,7 +175,19 @@ enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
 /// With the effect loads.
 struct TipLoad {
     Vec3 force = Vec3::Zero(); // N
+    double torque = 0.0;       // N m about the tip's own axis
     std::vector<LoadRow> over; // factor; 1 when empty
+};
+
+/// What holds the last segment of a rod, and moves it: turned about its own axis, then about a line, then displaced.
+struct TipClamp {
+    bool slides = false;           // along its own axis it is free
+    bool spins = false;            // about its own axis it is free
+    std::vector<LoadRow> rotation; // rad about its own axis over time; empty: none
+    std::vector<KeyFrame> moves;   // empty: none
+    std::vector<LoadRow> turns;    // rad over time; empty: none
+    Vec3 point = Vec3::Zero();     // m, of the line
+    Vec3 axis = Vec3::UnitZ();     // unit
 };
 
 struct SceneInstrument {
@@ -185,6 +204,7 @@ struct SceneInstrument {
     double inserted = 0.0;  // m beyond the entry at t = 0
     DriveLimits limits;
     std::optional<TipLoad> tip_load;
+    std::optional<TipClamp> tip_clamp;
     std::vector<PathPoint> path;      // empty: none
     std::filesystem::path path_file;  // the CSV it came from, if any
     std::optional<FollowSpec> follow; // with a path of `run --path`: what the tip is measured against

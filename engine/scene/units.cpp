@@ -47,6 +47,8 @@ double Units::factor(Dimension dimension) const noexcept {
         return force;
     case Dimension::Stiffness:
         return force / length;
+    case Dimension::Torque:
+        return force * length;
     }
     return 1.0;
 }
@@ -81,6 +83,8 @@ std::string Units::name(Dimension dimension) const {
         return force_name;
     case Dimension::Stiffness:
         return force_name + "/" + length_name;
+    case Dimension::Torque:
+        return force_name + " " + length_name;
     }
     return "";
 }

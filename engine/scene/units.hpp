@@ -24,6 +24,7 @@ enum class Dimension : std::uint8_t {
     Density,      // kg/m^3
     Force,        // N
     Stiffness,    // N/m
+    Torque,       // N m
 };
 
 /// What a scene's numbers are measured in: factors to SI, and the names the scene used.

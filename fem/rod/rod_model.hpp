@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -53,6 +54,16 @@ struct RodPort {
     Vec3 direction = Vec3::UnitZ(); // unit, into the vessel
 };
 
+/// What holds the last segment, and so the tip's place and direction: a clamp at its middle, half a segment behind the tip. Of a rod that is
+/// solved alone or beside others, neither in a bore nor with a wire in its own; it does not feel other rods or itself there.
+struct RodClamp {
+    Vec3 position = Vec3::Zero();   // m, of the tip at the end of the step
+    Vec3 direction = Vec3::UnitX(); // unit, of the last segment, towards the tip
+    Vec3 axis = Vec3::UnitY();      // unit, across it: first axis of the material there, of a rod with torsion
+    bool slides = false;            // free along the direction
+    bool spins = false;             // free to turn about it
+};
+
 /// Half-space on a point of the chain: weight[0] x_node + weight[1] x_node+1. The rod stays where
 /// normal . point >= offset; a half-space that another place of the rod carries: where normal . (point - other point) >= offset. Its forces are those that the last solve ended with, and where the next one starts.
 struct RodPlane {
@@ -89,6 +100,8 @@ struct RodDrive {
     double friction = 0.0;             // Coulomb mu
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
+    double tip_torque = 0.0;           // N m about the tip's own axis, of a rod with torsion
+    std::optional<RodClamp> clamp = {}; // of the tip; none: it is free
     bool rough = false;                // to kRoughTolerance is enough: a look ahead that is solved again
 };
 
@@ -152,6 +165,8 @@ struct RodReport {
     Vec3 contact_force = Vec3::Zero(); // N, of all planes
     Vec3 body_force = Vec3::Zero();    // N, weight, drag and other loads, less mass times acceleration
     double handle_torque = 0.0;        // N m about the port's axis; without torsion that of the rest curvature alone
+    Vec3 clamp_force = Vec3::Zero();   // N, of what clamps the tip
+    double clamp_torque = 0.0;         // N m about the clamp's axis
     Index first_bad_node = kNoIndex; // not finite
 };
 

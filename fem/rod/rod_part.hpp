@@ -168,12 +168,11 @@ public:
         work_.beside[place.node + 1] += place.share[0] * place.share[1] * grip;
     }
     void end_turns() noexcept override {
-        if constexpr (kTwists) twist_->solve_rows();
+        if constexpr (kTwists) twist_->hold_tip(), twist_->solve_rows();
     }
 
     void begin_balance() noexcept override {
-        Base::handle_.setZero();
-        Base::body_.setZero();
+        Base::forget_balance();
         assemble();
     }
     void end_balance(const Vec3& pressed, RodReport& report) noexcept override {

@@ -1,5 +1,6 @@
 #include "fem/rod/rod_parts.hpp"
 
+#include "base/trig.hpp"
 #include "fem/rod/rod_band.hpp"
 #include "fem/rod/rod_frames.hpp"
 
@@ -51,6 +52,52 @@ void move_behind_port(const RodModel& model, const RodPort& port, double inserti
         state.velocity[i] = (target - state.position[i]) / dt;
         state.position[i] = target;
     }
+}
+
+Index first_clamped_node(const RodModel& model, const RodDrive& drive) noexcept {
+    return static_cast<Index>(model.node_count() - (drive.clamp ? 2 : 0));
+}
+
+Mat3 clamp_freedom(const RodDrive& drive) noexcept {
+    if (!drive.clamp || !drive.clamp->slides) return Mat3::Zero();
+    return drive.clamp->direction * drive.clamp->direction.transpose();
+}
+
+double find_angle(double cosine, double sine) noexcept {
+    double angle = sine;
+    for (int k = 0; k < 4; ++k) {
+        const SinCos at = sin_cos(angle);
+        angle += sine * at.cos - cosine * at.sin;
+    }
+    return angle;
+}
+
+namespace {
+
+/// The angle that takes the material to the clamp's axis, or `part` of the way there.
+void turn_clamped(const RodClamp& clamp, double part, const Vec3& direction, const Vec3& tangent, const Vec3& axis, double& angle) noexcept {
+    const Vec3 carried = transport_axis(axis, tangent, direction), across = direction.cross(carried);
+    const SinCos now = sin_cos(angle);
+    const Vec3 material = now.cos * carried + now.sin * across, wanted = carry_axis(clamp.axis, direction);
+    angle += part * find_angle(material.dot(wanted), direction.dot(material.cross(wanted)));
+}
+
+} // namespace
+
+void move_clamp(const RodModel& model, const RodClamp& clamp, double part, double dt, const Vec3& tangent, const Vec3& axis, RodState& state) noexcept {
+    const std::size_t tip = model.node_count() - 1;
+    const Vec3 chord = state.position[tip] - state.position[tip - 1];
+    Vec3 direction = chord / std::sqrt(chord.squaredNorm());
+    direction += part * (clamp.direction - direction);
+    direction /= std::sqrt(direction.squaredNorm());
+    const Vec3 place = state.position[tip] + part * (clamp.position - state.position[tip]);
+    for (std::size_t i = tip - 1; i <= tip; ++i) {
+        Vec3 target = place - static_cast<double>(tip - i) * rest_length(model, tip - 1) * direction;
+        if (clamp.slides) target = place + (state.position[i] - place).dot(direction) * direction;
+        if (!clamp.slides) state.velocity[i] = (target - state.position[i]) / dt;
+        state.position[i] = target;
+    }
+    if (!state.angle.empty() && !clamp.spins) turn_clamped(clamp, part, direction, tangent, axis, state.angle[tip]);
 }
 
 void add_energies(const RodModel& model, const RodState& state, Index first, double share, const RodWorkspace& work,

@@ -36,6 +36,18 @@ void find_rest_bend(const RodModel& model, const RodState& state, const RodPort&
 /// Nodes before `first` to their places on the port's axis.
 void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first, RodState& state) noexcept;
 
+/// The nodes of the last segment are held by a clamp; node_count where there is none.
+[[nodiscard]] Index first_clamped_node(const RodModel& model, const RodDrive& drive) noexcept;
+/// Part of a force or a motion that a clamp leaves the nodes that it holds.
+[[nodiscard]] Mat3 clamp_freedom(const RodDrive& drive) noexcept;
+
+/// Of what is left to where the clamp ends, takes the share `part`: both nodes' places, and the angle of the tip.
+/// tangent, axis   unit, of the tip's frame where the stage began
+void move_clamp(const RodModel& model, const RodClamp& clamp, double part, double dt, const Vec3& tangent, const Vec3& axis, RodState& state) noexcept;
+
+/// rad, of (cos, sin): Newton's method on the sine of the difference, whose error is cubed every time; no libm.
+[[nodiscard]] double find_angle(double cosine, double sine) noexcept;
+
 /// Energies from `first` on, and the first node that is not finite.
 /// share    of the segment behind `first`, see inserted_share
 void add_energies(const RodModel& model, const RodState& state, Index first, double share, const RodWorkspace& workspace,

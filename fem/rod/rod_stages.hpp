@@ -38,6 +38,7 @@ public:
         const int stage = static_cast<int>(k % 2);
         dt_ = (stage == 0 ? kStage : 1.0 - kStage) * step_ / substeps_;
         const double fraction = (static_cast<double>(k / 2) + (stage == 0 ? kStage : 1.0)) / substeps_;
+        const double before = (static_cast<double>(k / 2) + (stage == 0 ? 0.0 : kStage)) / substeps_;
         state_->insertion = insertion_t0_ + fraction * (drive_->insertion - insertion_t0_);
         state_->rotation = rotation_t0_ + fraction * (drive_->rotation - rotation_t0_);
         first_ = first_inserted_node(*model_, state_->insertion);
@@ -49,6 +50,8 @@ public:
         work_->start = state_->position; // same size: copies, never allocates
         count_from(stage);
         move_behind_port(*model_, drive_->port, state_->insertion, dt_, first_, *state_);
+        if (drive_->clamp)
+            move_clamp(*model_, *drive_->clamp, (fraction - before) / (1.0 - before), dt_, work_->tangent.back(), work_->axis.back(), *state_);
     }
 
     /// touch_others   (touch): calls touch(node, weight) of every place that others press on
@@ -102,6 +105,7 @@ private:
             if (plane.force > 0.0) touch(plane.node, plane.weight), touch(plane.other, plane.other_weight);
         touch_others(touch);
         for (std::size_t i = 0; i < std::max(first_, before_); ++i) touched[i] = 1;
+        for (std::size_t i = first_clamped_node(*model_, *drive_); i < touched.size(); ++i) touched[i] = 1;
     }
 
     [[nodiscard]] double kinetic_energy() const noexcept {

@@ -46,7 +46,8 @@ public:
     /// share  of the segment behind `first`, see inserted_share
     RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, std::span<RodPlane> self, double dt,
             Index first, double share, RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
-        : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), share_(share), work_(workspace), twist_(twist),
+        : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), held_(first_clamped_node(model, drive)), share_(share),
+          allowed_(clamp_freedom(drive)), work_(workspace), twist_(twist),
           contact_(model, state, drive, planes, dt, first, kTwists, workspace, workspace.presses, workspace.near_planes),
           self_(model, state, drive, self, dt, first, kTwists, workspace, workspace.self_presses, workspace.near_self) {}
 
@@ -83,16 +84,23 @@ public:
 
     /// Forces as they are now, for the report.
     void balance(RodReport& report) noexcept {
-        handle_.setZero();
-        body_.setZero();
+        forget_balance();
         Band band(work_.band, moving());
         assemble(band);
         tell_balance(report);
     }
 
 protected:
+    void forget_balance() noexcept {
+        handle_.setZero();
+        body_.setZero();
+        clamped_.setZero();
+    }
+
     void tell_balance(RodReport& report) noexcept {
         report.handle_force = -handle_;
+        report.clamp_force = -clamped_;
+        if constexpr (kTwists) report.clamp_torque = holds_angle() ? twist_->torque_behind(static_cast<Index>(model_.node_count() - 1)) : 0.0;
         report.body_force = body_;
         report.contact_force.setZero();
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) report.contact_force += contact_.force(k);
@@ -141,7 +149,18 @@ protected:
         add_planes(band);
         work_.couplings.clear();
         for (const Index k : self_.near()) add_place(band, self_.planes()[k], k);
+        hold_clamped(band);
     }
+
+    /// Where clamped nodes may not go their rows say so by themselves, with a stiffness of the size of the others.
+    void hold_clamped(Band& band) noexcept {
+        for (std::size_t i = std::max<std::size_t>(held_, first_); i < model_.node_count(); ++i)
+            band.add(i - first_, i - first_, Mat3(damped_mass(model_, i, work_.pace[i]) * (Mat3::Identity() - allowed_)));
+    }
+    [[nodiscard]] bool is_held(std::size_t node) const noexcept { return node >= held_; }
+    [[nodiscard]] bool holds_angle() const noexcept { return drive_.clamp && !drive_.clamp->spins; }
+    /// Whether a node's angle is one of what is solved for.
+    [[nodiscard]] bool turns(std::size_t node) const noexcept { return moves(node) && !(holds_angle() && node + 1 == model_.node_count()); }
 
     [[nodiscard]] double farthest_from_start_sq() const noexcept {
         double farthest_sq = 0.0;
@@ -169,11 +188,27 @@ protected:
             handle_ += force;
             return;
         }
+        if (is_held(node)) {
+            const Vec3 free = allowed_ * force;
+            clamped_ += force - free;
+            for (int axis = 0; axis < 3; ++axis) work_.rhs[kCoordinates * (node - first_) + std::size_t(axis)] += free[axis];
+            return;
+        }
         for (int axis = 0; axis < 3; ++axis) work_.rhs[kCoordinates * (node - first_) + std::size_t(axis)] += force[axis];
     }
     template <class Stiffness>
     void stiffen(Band& band, std::size_t i, std::size_t j, const Stiffness& value) noexcept {
-        if (moves(i) && moves(j)) band.add(i - first_, j - first_, value);
+        if (!moves(i) || !moves(j)) return;
+        if (is_held(i) || is_held(j))
+            stiffen_held(band, i, j, as_matrix(value));
+        else
+            band.add(i - first_, j - first_, value);
+    }
+    static Mat3 as_matrix(double value) noexcept { return value * Mat3::Identity(); }
+    static const Mat3& as_matrix(const Mat3& value) noexcept { return value; }
+    void stiffen_held(Band& band, std::size_t i, std::size_t j, const Mat3& value) noexcept {
+        const Mat3 left = is_held(i) ? Mat3(allowed_ * value) : value;
+        band.add(i - first_, j - first_, is_held(j) ? Mat3(left * allowed_) : left);
     }
 
     void add_inertia(Band& band) noexcept {
@@ -336,12 +371,13 @@ protected:
         const Vec3 roll = contact_.roll(plane), stiff = press.aside * roll;
         const double weight[2] = {1.0 - plane.weight, plane.weight};
         for (std::size_t a = 0; a < 2; ++a) {
-            if (!moves(plane.node + a)) continue;
+            if (!turns(plane.node + a)) continue;
             const std::size_t row = angle_row(plane.node + a);
             work_.rhs[row] += weight[a] * roll.dot(plane.drag);
             for (std::size_t b = 0; b < 2; ++b) {
                 if (!moves(plane.node + b)) continue;
-                if (b <= a) band.add_entry(row, angle_row(plane.node + b), weight[a] * weight[b] * roll.dot(stiff));
+                if (b <= a && turns(plane.node + b)) band.add_entry(row, angle_row(plane.node + b), weight[a] * weight[b] * roll.dot(stiff));
+                if (is_held(plane.node + b)) continue;
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     band.add_entry(row, kCoordinates * (plane.node + b - first_) + axis, weight[a] * weight[b] * stiff[int(axis)]);
             }
@@ -369,6 +405,7 @@ protected:
             }
             work_.beside[plane.node + 1] += weight[0] * weight[1] * grip;
         }
+        twist_->hold_tip();
     }
 
     /// Returns the largest correction, m, before it was shortened.
@@ -444,12 +481,13 @@ protected:
     RodState& state_;
     const RodDrive& drive_;
     double dt_;
-    Index first_;
+    Index first_, held_; // the first that moves, the first that the clamp holds
     double share_;
+    Mat3 allowed_; // part of a force or a motion that the clamp leaves its nodes
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
     RodContact contact_, self_; // with walls, with itself
-    Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(); // N, on what does not move; see RodReport
+    Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(), clamped_ = Vec3::Zero(); // N, on what does not move; see RodReport
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };
 

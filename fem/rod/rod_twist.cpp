@@ -9,20 +9,6 @@
 
 namespace trocar::fem {
 
-namespace {
-
-/// rad, of (cos, sin), a few tenths in size: Newton's method on the sine of the difference, whose error is cubed every time.
-double small_angle(double cosine, double sine) noexcept {
-    double angle = sine;
-    for (int k = 0; k < 4; ++k) {
-        const SinCos at = sin_cos(angle);
-        angle += sine * at.cos - cosine * at.sin;
-    }
-    return angle;
-}
-
-} // namespace
-
 void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
     if (model.twist_stiffness.empty() || work.turn.size() == model.node_count()) return;
     work.binormal.assign(model.node_count(), Vec3::Zero());
@@ -33,6 +19,7 @@ void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
 
 double RodTwist::stiffness(std::size_t i) const noexcept {
     const double k = model_.twist_stiffness[i];
+    if (drive_.clamp && i + 2 == model_.node_count()) return 2.0 * k; // what a clamp holds ends in the segment's middle
     if (i + 1 != first_) return k;
     return k / inserted_share(model_, state_.insertion, first_);
 }
@@ -134,6 +121,14 @@ void RodTwist::assemble_row(std::size_t i) noexcept {
 void RodTwist::assemble() noexcept {
     find_writhe();
     for (std::size_t i = first_; i < model_.node_count(); ++i) assemble_row(i);
+    work_.turn.back() += drive_.tip_torque;
+    hold_tip();
+}
+
+void RodTwist::hold_tip() noexcept {
+    if (!drive_.clamp || drive_.clamp->spins) return;
+    work_.turn.back() = 0.0;
+    work_.beside.back() = 0.0;
 }
 
 void RodTwist::turn_node(std::size_t node, double by) noexcept {
@@ -166,7 +161,7 @@ void RodTwist::recount_angles() noexcept {
         m = transport_axis(m, last, tangent);
         last = tangent;
         const Vec3 along = transport_axis(work_.axis[i], work_.tangent[i], tangent);
-        if (i >= first_) state_.angle[i] += small_angle(m.dot(along), tangent.dot(m.cross(along)));
+        if (i >= first_) state_.angle[i] += find_angle(m.dot(along), tangent.dot(m.cross(along)));
     }
 }
 

@@ -37,6 +37,8 @@ public:
 
     /// Rows of the angles' Newton iteration where the rod is now, without contact: work.turn N m, work.diagonal and work.beside N m/rad.
     void assemble() noexcept;
+    /// The tip's angle is the clamp's, whatever its row says: call it where something has been added to the rows.
+    void hold_tip() noexcept;
     /// Turns one node by `by` rad, with its rest curvature.
     void turn_node(std::size_t node, double by) noexcept;
     /// Solves those rows and turns the nodes.

@@ -26,6 +26,26 @@ TEST(BenchValidation, EveryBoundHoldsAndThePageHasItsPlots) {
     EXPECT_GE(plots, 5u);
 }
 
+TEST(BenchLiterature, EveryCaseOfTheQuickPartKeepsItsBoundAndHasAFigure) {
+    const auto all = benches();
+    const auto bench = std::find_if(all.begin(), all.end(), [](const Bench& b) { return b.name == "literature"; });
+    ASSERT_NE(bench, all.end());
+    BenchOptions options;
+    options.quick = true;
+    const auto table = bench->run(options);
+    ASSERT_TRUE(table.ok());
+    EXPECT_GE(table->rows.size(), 45u);
+    for (const BenchRow& row : table->rows) {
+        EXPECT_TRUE(row["holds"].get<bool>()) << row.dump();
+        EXPECT_TRUE(row["met"].get<bool>() || !row["why_missed"].get<std::string>().empty()) << row.dump();
+        EXPECT_EQ(row["sizes"].size(), row["measured"].size()) << row.dump();
+        EXPECT_FALSE(row["source"].get<std::string>().empty()) << row.dump();
+    }
+    EXPECT_GE(table->sketches.size(), 22u);
+    const std::string page = bench_page(*bench, *table);
+    EXPECT_TRUE(page.find("<svg") != std::string::npos || page.find("No plots") != std::string::npos);
+}
+
 TEST(BenchValidation, BeamsOfOtherProgramsAreMatchedWithinTheirBounds) {
     const char* data = std::getenv("TROCAR_TEST_DATA");
     if (data == nullptr || !std::filesystem::is_directory(std::filesystem::path(data) / "fem"))

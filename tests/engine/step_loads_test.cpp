@@ -8,6 +8,8 @@
 #include "step_fixture.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 namespace trocar::engine {
 namespace {
@@ -84,6 +86,106 @@ TEST(Loads, AForceOnATipWithoutTheEffectIsNone) {
     Simulator simulator = run(prepared, 20);
     EXPECT_NEAR(simulator.report().tip.y(), 0.0, 1e-9);
     EXPECT_EQ(count_of(simulator.report(), "loads"), 0u);
+}
+
+constexpr const char* kTwistingEffects = R"("coarse_contact", "exact_contact", "loads", "twist")";
+constexpr double kRodStiffness = 1e9 * 3.14159265358979 * 0.25e-3 * 0.25e-9 * 0.25; // E I, N m^2: radius 0.5 mm
+
+TEST(Loads, ATorqueOnATipTwistsItsRodAndTheHandleHoldsAgainstIt) {
+    const PreparedScene prepared = test::prepare(rod_scene(R"(, "tip_load": {"torque": 0.5, "over": [[0, 0], [0.2, 1]]})", kTwistingEffects));
+    Simulator simulator = run(prepared, 300);
+    EXPECT_NEAR(simulator.report().handle_torque_nm, -0.0005, 1e-7); // 0.5 N mm
+    const double turn = 0.0005 * 0.05 * 1.4 / kRodStiffness;
+    EXPECT_NEAR(simulator.state().instruments[0].rod.angle.back(), turn, 0.01 * turn);
+    EXPECT_EQ(count_of(simulator.report(), "loads"), 1u);
+}
+
+TEST(TipClamp, HoldsMovesAndTurnsATipAsItsRowsSay) {
+    const PreparedScene prepared =
+        test::prepare(rod_scene(R"(, "tip_clamp": {"moves": [[0, 0, 0, 0], [0.5, 2, 0, -1]], "turns": [[0, 0], [0.5, 0.3]],
+                                   "turn_point": [0, 0, 50], "turn_axis": [0, 1, 0], "rotation": [[0, 0], [0.5, 0.4]]})",
+                                kTwistingEffects));
+    Simulator simulator = run(prepared, 160);
+    const fem::RodState& rod = simulator.state().instruments[0].rod;
+    EXPECT_LT((simulator.report().tip - Vec3(0.002, 0, 0.049)).norm(), 1e-12);
+    const Vec3 along = (rod.position.back() - rod.position[rod.position.size() - 2]).normalized();
+    EXPECT_LT((along - Vec3(std::sin(0.3), 0, std::cos(0.3))).norm(), 1e-9);
+    EXPECT_NEAR(simulator.report().handle_torque_nm, -0.4 * kRodStiffness / 1.4 / 0.04875, 0.1 * 0.4 * kRodStiffness / 1.4 / 0.04875);
+    EXPECT_LT(simulator.report().balance_n, 1e-3);
+}
+
+TEST(TipClamp, LetsATipThatSlidesComeNearerAndSavesAndForksToTheSameBits) {
+    const PreparedScene prepared = test::prepare(
+        rod_scene(R"(, "tip_clamp": {"slides": true, "spins": true}, "tip_load": {"force": [0, 0, 0.2], "torque": 0.1})", kTwistingEffects));
+    Simulator one = run(prepared, 50), other(prepared.model);
+    ASSERT_TRUE(other.restore(*one.save()).ok());
+    for (int k = 0; k < 50; ++k) (void)one.step(), (void)other.step();
+    EXPECT_EQ(hash_state(one.state()), hash_state(other.state()));
+    EXPECT_NEAR(one.report().tip.x(), 0.0, 1e-9);
+    EXPECT_NEAR(one.report().handle_force_n, -0.2, 1e-3);
+}
+
+TEST(TipClamp, IsRefusedWhereItCannotHold) {
+    const auto refusal = [](const std::string& more, const std::string& effects) {
+        const auto scene = parse_scene(rod_scene(more, effects), "scenes/test.json");
+        if (!scene.ok()) return scene.error().to_string();
+        const auto prepared = make_prepared_scene(*scene);
+        return prepared.ok() ? std::string() : prepared.error().to_string();
+    };
+    const std::string plain = R"("coarse_contact", "exact_contact", "loads")";
+    EXPECT_NE(refusal(R"(, "tip_clamp": {"rotation": [[0, 0], [1, 1]]})", plain).find("twist"), std::string::npos);
+    EXPECT_NE(refusal(R"(, "tip_load": {"torque": 1})", plain).find("twist"), std::string::npos);
+    EXPECT_NE(refusal(R"(, "tip_load": {"over": [[0, 1]]})", plain).find("neither force nor torque"), std::string::npos);
+    EXPECT_NE(refusal(R"(, "tip_clamp": {"turn_axis": [0, 0, 1]})", plain).find("nothing turns"), std::string::npos);
+    EXPECT_NE(refusal(R"(, "tip_clamp": {"spins": true, "rotation": [[0, 0], [1, 1]]})", kTwistingEffects).find("beside spins"), std::string::npos);
+    EXPECT_NE(refusal(R"(, "tip_clamp": {}, "kind": "mass_spring")", plain).find("tip_clamp"), std::string::npos);
+    EXPECT_EQ(refusal(R"(, "tip_clamp": {})", plain), "");
+}
+
+TEST(NodeSets, APlaneANearSurfaceAndAListNameTheNodesThatAnyOtherMeansNames) {
+    const auto pinned_by = [](const std::string& region) {
+        return test::prepare(cube_scene(fmt::format(R"("fixed": [{}])", region))).model.bodies[0].tissue->pinned;
+    };
+    const std::vector<Index> box = pinned_by(R"({"box": [[-100, -100, -100], [100, 100, -6]]})");
+    ASSERT_FALSE(box.empty());
+    EXPECT_EQ(pinned_by(R"({"plane": {"point": [3, 3, -6], "normal": [0, 0, -4]}})"), box);
+    EXPECT_EQ(pinned_by(R"({"plane": {"point": [0, 0, -56], "normal": [0, 0, 1], "within": 50}})"), box);
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "nodes.txt";
+    std::ofstream out(file);
+    out << "# the lower nodes\n";
+    for (const Index node : box) out << node << (node % 2 == 0 ? "\n" : " ");
+    out.close();
+    EXPECT_EQ(pinned_by(fmt::format(R"({{"nodes": "{}"}})", file.string())), box);
+    const PreparedScene near = test::prepare(cube_scene(R"("fixed": [{"near": {"surface": "cube", "distance": 1}}])"));
+    const fem::TissueModel& tissue = *near.model.bodies[0].tissue;
+    ASSERT_FALSE(tissue.pinned.empty());
+    std::vector<Index> expected;
+    for (Index node = 0; node < tissue.node_count(); ++node) { // by the box's own formula
+        const Vec3 out_of = (tissue.rest_position[node].cwiseAbs() - Vec3::Constant(0.01)).cwiseMax(0.0);
+        const double inside = 0.01 - tissue.rest_position[node].cwiseAbs().maxCoeff();
+        if (inside >= 0.0 ? inside <= 0.001 : out_of.norm() <= 0.001) expected.push_back(node);
+    }
+    EXPECT_EQ(tissue.pinned, expected);
+}
+
+TEST(NodeSets, MistakesAreNamedWithWhatIsExpected) {
+    const auto refusal = [](const std::string& region) {
+        const auto scene = parse_scene(cube_scene(fmt::format(R"("fixed": [{}])", region)), "scenes/test.json");
+        if (!scene.ok()) return scene.error().to_string();
+        const auto prepared = make_prepared_scene(*scene);
+        return prepared.ok() ? std::string() : prepared.error().to_string();
+    };
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "bad_nodes.txt";
+    const auto with_list = [&](const char* text) {
+        std::ofstream(file) << text;
+        return refusal(fmt::format(R"({{"nodes": "{}"}})", file.string()));
+    };
+    EXPECT_NE(with_list("1 2\n3 x\n").find("line 2: found \"x\""), std::string::npos);
+    EXPECT_NE(with_list("# none\n").find("lists no node"), std::string::npos);
+    EXPECT_NE(with_list("4 999999\n").find("lists node 999999; expected at most"), std::string::npos);
+    EXPECT_NE(refusal(R"({"nodes": "no_such_file.txt"})").find("no_such_file.txt"), std::string::npos);
+    EXPECT_NE(refusal(R"({"near": {"surface": "bone", "distance": 1}})").find("bone"), std::string::npos);
+    EXPECT_NE(refusal(R"({"plane": {"point": [0, 0, 0], "normal": [0, 0, 0]}})").find("normal"), std::string::npos);
 }
 
 TEST(Loads, AForceInAllAcceleratesAFreeBodyByItsMass) {

@@ -1,4 +1,5 @@
 // The rod against analytic elastica: large bending, buckling, rest shapes, and how the error falls with the segments.
+#include "fem/rod/validation.hpp"
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>
@@ -12,50 +13,12 @@ using test::settle;
 
 constexpr double kHalfTurn = std::numbers::pi;
 
-/// Tip of a clamped elastica under an end load across its first direction.
-struct Elastica {
-    double along, across, angle; // of the length; rad
-};
-
-/// Integrates theta'' = -alpha cos(theta), theta(0) = 0, theta'(0) = slope, alpha = P L^2 / (E I), by RK4.
-Elastica shoot(double alpha, double slope, double& end_moment) {
-    constexpr int kSteps = 300;
-    std::array<double, 4> y{0.0, slope, 0.0, 0.0}; // theta, theta', x, y
-    const auto rate = [alpha](const std::array<double, 4>& s) {
-        return std::array<double, 4>{s[1], -alpha * std::cos(s[0]), std::cos(s[0]), std::sin(s[0])};
-    };
-    const auto ahead = [](const std::array<double, 4>& s, const std::array<double, 4>& d, double h) {
-        std::array<double, 4> r = s;
-        for (std::size_t k = 0; k < 4; ++k) r[k] += h * d[k];
-        return r;
-    };
-    constexpr double h = 1.0 / kSteps;
-    for (int i = 0; i < kSteps; ++i) {
-        const auto k1 = rate(y), k2 = rate(ahead(y, k1, 0.5 * h)), k3 = rate(ahead(y, k2, 0.5 * h)), k4 = rate(ahead(y, k3, h));
-        for (std::size_t k = 0; k < 4; ++k) y[k] += h / 6.0 * (k1[k] + 2.0 * k2[k] + 2.0 * k3[k] + k4[k]);
-        if (y[1] < -1e-9) break; // bends back before its end: solutions with more waves are not wanted
-    }
-    end_moment = y[1];
-    return {y[2], y[3], y[0]};
-}
-
-Elastica end_loaded(double alpha) {
-    // theta'(0)^2 = 2 alpha sin(theta(1)), and theta'(0) is alpha times the mean of cos(theta).
-    double low = 0.0, high = std::min(alpha, std::sqrt(2.0 * alpha)), moment = 0.0;
-    for (int i = 0; i < 45; ++i) {
-        const double middle = 0.5 * (low + high);
-        shoot(alpha, middle, moment);
-        (moment > 0.0 ? high : low) = middle;
-    }
-    return shoot(alpha, 0.5 * (low + high), moment);
-}
-
 /// Load whose elastica has its tip `across` lengths aside.
 double load_for(double across) {
     double low = 0.0, high = 20.0;
     for (int i = 0; i < 40; ++i) {
         const double middle = 0.5 * (low + high);
-        (end_loaded(middle).across > across ? high : low) = middle;
+        (loaded_elastica(middle).across > across ? high : low) = middle;
     }
     return 0.5 * (low + high);
 }
@@ -106,7 +69,7 @@ TEST(RodValidation, ACantileverUnderAnEndLoadIsTheElasticaFarBeyondSmallBending)
     for (const double across : {0.1, 0.3, 0.6, 0.75}) {
         const double alpha = load_for(across);
         const Lifted rod = lift_tip(length, 60, across * length);
-        const double expected_along = end_loaded(alpha).along * length;
+        const double expected_along = loaded_elastica(alpha).along * length;
         std::printf("margin: tip %.2f L aside: load over the elastica's %.5f, its place along off by %.2e L\n", across,
                     rod.force * length * length / (ei * alpha), (rod.along - expected_along) / length);
         EXPECT_NEAR(rod.force * length * length / (ei * alpha), 1.0, 3e-3) << across;
@@ -204,29 +167,12 @@ TEST(RodValidation, FarBeyondBucklingItsLoadIsTheElasticas) {
     }
 }
 
-/// A rod with rest curvature all along its free part, left to itself. rest(s): arc length from the clamp, 1/m.
-template <class Rest>
-RodState curl(double length, int segments, const Rest& rest) {
-    auto [model, drive] = clamp(length, segments);
-    const std::size_t last = model.node_count() - 1;
-    for (std::size_t i = last - static_cast<std::size_t>(segments); i < last; ++i)
-        model.rest_curvature[i] = rest(static_cast<double>(i + static_cast<std::size_t>(segments) - last) * model.segment);
-    RodState state;
-    place_rod(model, drive.port, drive.insertion, 0.0, state);
-    settle(model, state, drive, {}, 0.05, 4000);
-    return state;
-}
-
 TEST(RodValidation, ConstantRestCurvatureClosesToACircle) {
-    const double length = 0.1, curvature = 2.0 * kHalfTurn / length;
     double last = 0.0;
     for (const int segments : {16, 32, 64}) {
-        // Turning nodes share the length out among them: as many segments as turns.
-        const RodState state = curl(length, segments, [&](double) { return std::array{curvature, 0.0}; });
-        const std::size_t tip = state.position.size() - 1;
-        const double gap = (state.position[tip] - state.position[tip - static_cast<std::size_t>(segments)]).norm();
-        std::printf("margin: circle of %d segments closes to %.3e of its length, ratio %.2f\n", segments, gap / length, last / gap);
-        EXPECT_LT(gap / length, 1.5 * 2.0 * kHalfTurn / 24.0 * std::pow(2.0 * kHalfTurn / segments, 2)) << segments;
+        const double gap = rolled_gap(segments);
+        std::printf("margin: circle of %d segments closes to %.3e of its length, ratio %.2f\n", segments, gap, last / gap);
+        EXPECT_LT(gap, 1.5 * 2.0 * kHalfTurn / 24.0 * std::pow(2.0 * kHalfTurn / segments, 2)) << segments;
         if (last > 0.0) {
             EXPECT_GT(last / gap, 3.3) << segments;
         }

@@ -1,4 +1,4 @@
-// What a scene pulls on its bodies and on the tips of its instruments with: forces, tractions, pressures, accelerations and springs to the ground, by factors over time.
+// What a scene pulls on its bodies and on the tips of its instruments with: forces, torques, tractions, pressures, accelerations and springs to the ground, by factors over time.
 #include "engine/effects/describe.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/prepare/scripted_motion.hpp"
@@ -53,7 +53,7 @@ static void load_body(const EffectStep& step, std::size_t body, const State& sta
     }
 }
 
-static bool is_loaded(const InstrumentModel& instrument) { return instrument.tip_force != Vec3::Zero(); }
+static bool is_loaded(const InstrumentModel& instrument) { return instrument.tip_force != Vec3::Zero() || instrument.tip_torque != 0.0; }
 
 static void load_tip(const EffectStep& step, std::size_t index, State&, RodLoads& acting) {
     const InstrumentModel& instrument = step.model.instruments[index];
@@ -62,6 +62,7 @@ static void load_tip(const EffectStep& step, std::size_t index, State&, RodLoads
     const double factor = instrument.tip_over.empty() ? 1.0 : evaluate_rows(instrument.tip_over, step.time_t1);
     acting.force.resize(instrument.rod.node_count(), Vec3::Zero());
     acting.force.back() += factor * instrument.tip_force;
+    acting.tip_torque += factor * instrument.tip_torque;
 }
 
 static std::size_t count_loads(const SceneModel& model) {
@@ -75,13 +76,13 @@ static std::size_t count_loads(const SceneModel& model) {
 const EffectDescriptor loads{
     .name = "loads",
     .label = "loads",
-    .doc = "Forces, tractions, pressures and springs of the bodies' key loads, and forces on instruments' tips.",
+    .doc = "Forces, tractions, pressures and springs of the bodies' key loads, and forces and torques on instruments' tips.",
     .acts_on = [](const SceneModel& model) { return model.effects.loads && count_loads(model) > 0; },
     .remove =
         [](SceneModel& model) {
             model.effects.loads = false;
             for (BodyModel& body : model.bodies) body.loads.clear();
-            for (InstrumentModel& instrument : model.instruments) instrument.tip_force.setZero(), instrument.tip_over.clear();
+            for (InstrumentModel& instrument : model.instruments) instrument.tip_force.setZero(), instrument.tip_torque = 0.0, instrument.tip_over.clear();
         },
     .explain = [](const Scene& scene, const SceneModel& model) -> EffectLine {
         if (!scene.effects.loads) return {false, listed(false, {})};

@@ -1,6 +1,7 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 
 #include "engine/effects/call.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
@@ -164,6 +165,8 @@ void load_instruments(const SceneModel& model, const EffectSet& live, State& sta
             if (effect->load_rod != nullptr) call(*effect, step, [&](const EffectStep& own_step) { effect->load_rod(own_step, i, state, loads); });
         own.acceleration = loads.acceleration;
         own.friction = loads.friction;
+        own.tip_torque = loads.tip_torque;
+        if (model.instruments[i].tip_hold) own.clamp = find_tip_clamp(model.instruments[i], step.time_t1);
         own.meets_itself = live.self_contact && model.instruments[i].self_contact;
         if (own.meets_itself) report.effects.note(effects::self_contact);
         if (!own.meets_itself) state.instruments[i].self_planes.clear();
@@ -182,6 +185,8 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
     drive.friction = scratch.friction;
     drive.flow = scratch.flow;
     drive.force = scratch.force;
+    drive.tip_torque = scratch.tip_torque;
+    drive.clamp = scratch.clamp;
     return drive;
 }
 
@@ -338,7 +343,7 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
             ++report.self_contacts;
             report.self_force_n += plane.force;
         }
-        report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
+        report.balance_n += std::sqrt((rod.handle_force + rod.clamp_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     for (const fem::RodMeeting& meeting : state.meetings) {
         if (!(meeting.plane.force > 0.0)) continue;
