@@ -1,7 +1,7 @@
 #include "engine/episodes/task.hpp"
+#include "engine/scene/nearest.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +63,7 @@ Result<void> find_targets(const Scene& scene, Task& task) {
     for (const SceneTarget& target : scene.targets) known.push_back(target.name);
     for (const std::string& name : task.options.targets)
         if (std::find(known.begin(), known.end(), name) == known.end())
-            return bad_option("targets", fmt::format("no target \"{}\"; known: {}", name, fmt::join(known, ", ")));
+            return bad_option("targets", refuse_unknown("target", name, std::vector<std::string_view>(known.begin(), known.end())));
     for (std::size_t i = 0; i < known.size(); ++i) {
         const auto& wanted = task.options.targets;
         if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), known[i]) == wanted.end()) continue;

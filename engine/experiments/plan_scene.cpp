@@ -1,6 +1,7 @@
 #include "engine/experiments/plan_scene.hpp"
 
 #include "engine/prepare/way_shape.hpp"
+#include "engine/scene/nearest.hpp"
 #include "engine/step/instrument/script.hpp"
 
 #include <fmt/format.h>
@@ -41,7 +42,7 @@ std::string say_what_helps(const WayPlace& place, unsigned attempts, const fem::
 std::string describe_missing(const std::string& target, const std::vector<std::string>& known) {
     if (known.empty()) return fmt::format("no target '{}': the scene names none", target);
     if (target.empty()) return fmt::format("the first instrument follows none of the scene's targets; expected one of them: {}", fmt::join(known, ", "));
-    return fmt::format("no target '{}'; known: {}", target, fmt::join(known, ", "));
+    return refuse_unknown("target", target, std::vector<std::string_view>(known.begin(), known.end()));
 }
 
 } // namespace

@@ -25,16 +25,20 @@ const XrayFrame& Fluoroscope::project(XrayPatient& patient, const State& state) 
     now_.angles = angles;
     now_.beam = make_cone_beam(view_, angles);
     Projector projector(now_.beam, threads_);
-    const auto& bodies = patient.bodies();
+    const auto draw = [&](bool moving, AttenuationSums& sums) {
+        for (std::size_t i = 0; i < patient.bodies().size(); ++i) {
+            if (patient.bodies()[i].moves != moving) continue;
+            projector.add(patient.body(state, i), sums);
+            if (patient.bodies()[i].wall != 0.0) projector.add(patient.wall(state, i), sums);
+        }
+    };
     if (!has_still_) {
         still_.assign(view_.pixel_count(), 0);
-        for (std::size_t i = 0; i < bodies.size(); ++i)
-            if (!bodies[i].moves) projector.add(patient.body(state, i), still_);
+        draw(false, still_);
         has_still_ = true;
     }
     sums_ = still_;
-    for (std::size_t i = 0; i < bodies.size(); ++i)
-        if (bodies[i].moves) projector.add(patient.body(state, i), sums_);
+    draw(true, sums_);
     device_.assign(sums_.size(), 0);
     for (std::size_t i = 0; i < patient.instruments().size(); ++i) projector.add(patient.instrument(state, i), device_);
     contrast_.assign(sums_.size(), 0);

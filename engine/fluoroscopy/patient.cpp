@@ -80,7 +80,7 @@ void update_visible_part(const SceneModel& model, const State& from, State& to) 
     to.effects = from.effects;
 }
 
-XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) : model_(model) {
+XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) : model_(model), wall_(spec.wall) {
     for (const BodyModel& body : model.bodies) {
         XrayBody& own = bodies_.emplace_back();
         own.name = body.name;
@@ -89,10 +89,16 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
         own.shell = body.closed || is_closed(body.surface.triangles) ? 0.0 : spec.shell;
         own.moves = body.moves();
         own.vessel = body.hollow;
+        if (own.vessel && own.shell > 0.0 && wall_ > 0.0) own.shell = wall_, own.matter = spec.wall_matter, own.attenuation = attenuation_of(own.matter);
     }
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-        if (const auto host = model.bodies[i].host_body; host && bodies_[i].shell == 0.0 && bodies_[*host].shell == 0.0)
-            bodies_[i].attenuation -= attenuation_of(bodies_[*host].matter);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        XrayBody& own = bodies_[i];
+        if (own.shell > 0.0) continue;
+        const auto host = model.bodies[i].host_body;
+        const double around = host && bodies_[*host].shell == 0.0 ? attenuation_of(bodies_[*host].matter) : 0.0;
+        if (own.vessel && wall_ > 0.0) own.wall = attenuation_of(spec.wall_matter) - around;
+        own.attenuation -= around + own.wall;
+    }
     for (const InstrumentModel& instrument : model.instruments) {
         XrayBody& own = instruments_.emplace_back();
         own.name = instrument.name;
@@ -112,6 +118,19 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
 
 XraySurface XrayPatient::body(const State& state, std::size_t index) const {
     return {state.bodies[index].surface, model_.bodies[index].surface.triangles, bodies_[index].attenuation, {}, bodies_[index].shell};
+}
+
+XraySurface XrayPatient::wall(const State& state, std::size_t index) {
+    if (bodies_[index].wall == 0.0) return {};
+    const std::vector<Vec3>& points = state.bodies[index].surface;
+    const std::vector<Triangle>& triangles = model_.bodies[index].surface.triangles;
+    wall_points_.assign(points.size(), Vec3::Zero());
+    for (const Triangle& t : triangles) {
+        const Vec3 twice_area = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+        for (const Index corner : t) wall_points_[corner] += twice_area;
+    }
+    for (std::size_t n = 0; n < points.size(); ++n) wall_points_[n] = points[n] + wall_ * wall_points_[n].normalized();
+    return {wall_points_, triangles, bodies_[index].wall, {}, 0.0};
 }
 
 XraySurface XrayPatient::instrument(const State& state, std::size_t index) const {

@@ -24,6 +24,7 @@ struct XrayBody {
     XrayMatter matter = XrayMatter::Tissue;
     double attenuation = 0.0; // 1/m, beyond that of what it lies in
     double shell = 0.0;       // m; > 0: not closed
+    double wall = 0.0; // 1/m, of a vessel's wall beyond what it lies in; 0: there is none to see
     bool moves = false, vessel = false;
 };
 
@@ -36,6 +37,9 @@ public:
     [[nodiscard]] const std::vector<XrayBody>& instruments() const noexcept { return instruments_; } // as SceneModel::instruments
 
     [[nodiscard]] XraySurface body(const State& state, std::size_t index) const;
+    /// A vessel's wall with its inside: the surface moved out along its normals by the wall's thickness, made anew by this call and valid until the
+    /// next; empty where none is to see. To be drawn beside body, which is blood minus wall.
+    [[nodiscard]] XraySurface wall(const State& state, std::size_t index);
     [[nodiscard]] XraySurface instrument(const State& state, std::size_t index) const;
     /// What contrast agent adds: closed pieces of vessel, made anew by this call and valid until the next; empty where there is none.
     [[nodiscard]] XraySurface contrast(const State& state);
@@ -54,6 +58,8 @@ public:
 
 private:
     const SceneModel& model_;
+    double wall_; // m
+    std::vector<Vec3> wall_points_;
     std::vector<XrayBody> bodies_, instruments_;
     std::vector<Vec3> contrast_points_, flow_points_;
     std::vector<Triangle> contrast_triangles_;

@@ -156,6 +156,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     largest_handle_n = std::max(largest_handle_n, std::abs(report.handle_force_n));
     largest_torque_nm = std::max(largest_torque_nm, std::abs(report.handle_torque_nm));
     largest_imbalance_n = std::max(largest_imbalance_n, report.balance_n);
+    largest_exchange_gap_n = std::max(largest_exchange_gap_n, report.exchange_gap_n);
     slowed_steps += report.slowed_rods > 0;
     self_contacts += report.self_contacts;
     self_held_steps += report.self_held > 0;

@@ -65,7 +65,7 @@ struct RunStatistics {
     double worst_overrun_ms = 0.0, worst_charged_ms = 0.0, smallest_safe_fraction = 1.0;
     double min_volume_ratio = 1.0, stable_step_s = 0.0;
     double deepest_touch_m = 0.0, deepest_share = 0.0;
-    double largest_force_n = 0.0, largest_handle_n = 0.0, largest_torque_nm = 0.0, largest_imbalance_n = 0.0, target_distance_m = -1.0, closest_target_m = -1.0;
+    double largest_force_n = 0.0, largest_handle_n = 0.0, largest_torque_nm = 0.0, largest_imbalance_n = 0.0, largest_exchange_gap_n = 0.0, target_distance_m = -1.0, closest_target_m = -1.0;
     double insertion_m = 0.0, rotation_rad = 0.0;
     Vec3 tip = Vec3::Zero();
     unsigned substeps = 0;

@@ -153,6 +153,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("below_floor", "", "1: the budget was overrun although everything that may be left out was left out.", row.r.below_floor),
     TROCAR_COLUMN("left_pairs", "", "Pairs of solids, and of their leaves, that the budget left to their spheres.", row.r.left_pairs),
     TROCAR_COLUMN("carried_places", "", "Places that pressed there in the step before and are kept as they were.", row.r.carried_places),
+    TROCAR_COLUMN("exchange_gap_n", "N", "What instruments push their walls with at the step's end less what the tissue felt of it then, sum over instruments; 0: both agree.", row.r.exchange_gap_n),
 };
 #undef TROCAR_COLUMN
 

@@ -221,6 +221,8 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
     TROCAR_SUMMARY_KEY("largest_handle_torque_nm", "N m", "Largest torque of the drive.", of_instruments(r, r.statistics.largest_torque_nm)),
     TROCAR_SUMMARY_KEY("largest_rod_imbalance_n", "N", "Largest sum of all forces on an instrument; 0 is a perfect balance.",
                        of_instruments(r, r.statistics.largest_imbalance_n)),
+    TROCAR_SUMMARY_KEY("largest_exchange_gap_n", "N", "Largest difference between what instruments push their walls with at a step's end and what the tissue felt of it then.",
+                       of_instruments(r, r.statistics.largest_exchange_gap_n)),
     TROCAR_SUMMARY_KEY("rod_slowed_steps", "", "Steps in which an instrument was slowed.", of_instruments(r, r.statistics.slowed_steps)),
     TROCAR_SUMMARY_KEY("self_contacts_total", "", "Places where instruments pressed on themselves, over all steps; with the effect alone.",
                        of_self_contact(r, r.statistics.self_contacts)),

@@ -189,11 +189,13 @@ nlohmann::ordered_json XrayFrames::views() const {
 nlohmann::ordered_json XrayFrames::facts() const {
     nlohmann::ordered_json matter = nlohmann::ordered_json::array();
     for (const auto* bodies : {&patient_.bodies(), &patient_.instruments()})
-        for (const XrayBody& body : *bodies)
+        for (const XrayBody& body : *bodies) {
             matter.push_back({{"name", body.name},
                               {"matter", std::string(coefficient_of(body.matter).name)},
                               {"attenuation_per_m", body.attenuation},
                               {"closed", body.shell == 0.0}});
+            if (body.wall != 0.0) matter.back()["wall_attenuation_per_m"] = body.wall;
+        }
     nlohmann::ordered_json facts{{"energy_kev", kXrayEnergy}, {"bodies", std::move(matter)}};
     if (injected_ > 0.0)
         facts["iodine_kg"] = {{"injected", injected_}, {"in_vessels", in_vessels_}, {"washed_out", washed_out_}};

@@ -86,7 +86,11 @@ struct FluoroscopyKeys {
                                  "What bodies and instruments are made of for X-rays, by their names. When absent: vessels hold blood, "
                                  "instruments are nitinol, other bodies soft tissue."),
                        read_matter, s.matter),
-            key(s.shell, number_field("shell", Dimension::Length, between(1e-6, 0.1), "Thickness of surfaces that are not closed: thin shells.")));
+            key(s.shell, number_field("shell", Dimension::Length, between(1e-6, 0.1), "Thickness of surfaces that are not closed: thin shells.")),
+            key(s.wall, number_field("wall", Dimension::Length, between(0.0, 0.01), "Thickness of vessels' walls, outside of their surfaces; 0: walls attenuate as "
+                                                                                    "what the vessel lies in.")),
+            key(s.wall_matter, choice_field("wall_matter", {"tissue", "blood", "bone", "nitinol", "steel"}, "What vessels' walls are made of: tissue, bone where they "
+                                                                                                          "are calcified, a metal where they are stented.")));
     }
 };
 static_assert(describes_all<FluoroscopyKeys>);

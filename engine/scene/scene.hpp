@@ -311,6 +311,8 @@ struct FluoroscopySpec {
     std::vector<XrayView> views;
     std::vector<std::pair<std::string, XrayMatter>> matter; // of bodies and instruments by name; others have their kind's
     double shell = 1e-3;                                    // m, thickness of surfaces that are not closed
+    double wall = 0.0;                                      // m, of vessels, outside of their surfaces; 0: it attenuates as what is around it
+    XrayMatter wall_matter = XrayMatter::Tissue;
 };
 
 struct OutputSpec {

@@ -80,6 +80,7 @@ struct StepReport {
     double instrument_force_n = 0.0; // the same on one another
     double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the drive pushes
     double handle_torque_nm = 0.0;   // of the first instrument: about the port's axis; without torsion that of the shaped tip alone
+    double exchange_gap_n = 0.0;     // over all instruments: what they push their walls with at the step's end less what the tissue felt of it
     double balance_n = 0.0;          // over all instruments: handle, contacts, loads and inertia, which should be nothing
     std::uint64_t solid_touches = 0; // places where solid bodies' surfaces touch
     double deepest_touch_m = 0.0;    // of the deepest of them

@@ -405,9 +405,9 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
         {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"}, // it has no target
         {R"({"scene": "scenes/targets.json", "command": "plan"})", "expected one of them: near, far"},
-        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to", "fra"]})", "no target 'fra'; known: near, far"},
-        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to=fra"]})", "no target 'fra'"},
-        {R"({"scene": "scenes/targets.json", "command": "plan", "vary": {"--to": ["near", "fra"]}})", "no target 'fra'"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to", "fra"]})", R"(found the unknown target "fra"; nearest known target: "far" (known: near, far))"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to=fra"]})", R"(unknown target "fra")"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "vary": {"--to": ["near", "fra"]}})", R"(unknown target "fra")"},
         {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": "steps"}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_w", "take": "max"}}})", "nearest known column"},

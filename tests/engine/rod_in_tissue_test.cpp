@@ -27,6 +27,7 @@ std::string closed_end(double step, double modulus_mpa, double wall_stiffness, d
 struct Held {
     double least = INFINITY, most = -INFINITY, mean = 0.0, tip = 0.0; // N, N, N, m
     double highest = 0.0;                                            // N, of all steps
+    double gap = 0.0;                                                // N, the largest of the last ones
     std::uint64_t unsettled = 0, corrections = 0;
 };
 
@@ -45,6 +46,7 @@ Held hold(double step, double modulus_mpa, double wall_stiffness = 20.0, double 
         if (k < rests) continue;
         held.least = std::min(held.least, report.handle_force_n);
         held.most = std::max(held.most, report.handle_force_n);
+        held.gap = std::max(held.gap, report.exchange_gap_n);
         held.mean += report.handle_force_n / (count - rests);
         held.tip = report.tip.z();
     }
@@ -99,6 +101,7 @@ TEST(RodInTissue, APushIntoAClosedEndComesToTheSameForceAndPlaceAtEveryStep) {
             EXPECT_LT(held.highest, 1.05 * held.mean) << "N";
             EXPECT_NEAR(held.mean, first.mean, 0.01 * first.mean) << "N";
             EXPECT_NEAR(held.tip, first.tip, 0.01e-3) << "m";
+            EXPECT_LT(held.gap, 0.01 * held.mean) << "N: at rest both feel the same";
             EXPECT_LE(held.unsettled, 3U);
             EXPECT_LE(held.corrections, 5U);
         }

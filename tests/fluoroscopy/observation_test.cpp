@@ -1,6 +1,7 @@
 // What one frame says of a state: masks, depth and places agree with the projection and with what the rays attenuate.
 #include "../engine/step_fixture.hpp"
 
+#include "engine/fluoroscopy/matter.hpp"
 #include "engine/fluoroscopy/observation.hpp"
 
 #include <cmath>
@@ -47,6 +48,61 @@ TEST(Observation, TheDeviceMaskIsWhereTheDeviceChangesTheAttenuation) {
     }
     EXPECT_GT(device, 50u);
     EXPECT_GT(metal, 0.0);
+}
+
+/// Attenuations of a straight vessel of 6 mm along the table, 90 mm of detector in 128 pixels.
+XrayFrame frame_of_tube(const FluoroscopySpec& spec) {
+    const PreparedScene prepared = test::prepare(R"({"name": "tube", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.1}, "bodies":
+        {"tube": {"kind": "static", "hollow": true, "surface": {"shape": "tube", "axis": [[0, 0, -60, 6], [0, 0, 60, 6]], "sides": 96}}}})");
+    static XrayView view;
+    view = {};
+    view.pixels = {129, 129}, view.detector = {0.03, 0.03};
+    XrayPatient patient(spec, prepared.model);
+    EXPECT_FALSE(patient.bodies()[0].shell > 0.0);
+    Fluoroscope scope(view);
+    return scope.project(patient, Simulator(prepared.model).state());
+}
+
+TEST(Observation, AVesselsWallAttenuatesByItsOwnThickness) {
+    FluoroscopySpec spec;
+    const XrayFrame bare = frame_of_tube(spec);
+    spec.wall = 1.5e-3;
+    for (const XrayMatter matter : {XrayMatter::Tissue, XrayMatter::Bone, XrayMatter::Blood}) {
+        spec.wall_matter = matter;
+        const XrayFrame walled = frame_of_tube(spec);
+        const double blood = coefficient_of(XrayMatter::Blood).linear(), wall = coefficient_of(matter).linear();
+        unsigned compared = 0;
+        for (std::size_t column = 0; column < 129; ++column) {
+            const double sine = (static_cast<double>(column) - 64.0) * (0.03 / 129) / std::hypot((static_cast<double>(column) - 64.0) * (0.03 / 129), 1.05);
+            const double off = 0.75 * sine; // of the ray from the axis
+            const auto chord = [&](double radius) { return std::abs(off) < radius ? 2.0 * std::sqrt(radius * radius - off * off) : 0.0; };
+            const std::size_t k = 64 * 129 + column;
+            if (std::abs(std::abs(off) - 6e-3) < 3e-4 || std::abs(std::abs(off) - 7.5e-3) < 3e-4) continue; // where a chord of 96 sides is no circle's
+            EXPECT_NEAR(walled.attenuation[k], wall * (chord(7.5e-3) - chord(6e-3)) + blood * chord(6e-3), 0.01 * wall * chord(7.5e-3)) << column;
+            EXPECT_NEAR(bare.attenuation[k], blood * chord(6e-3), 0.01 * blood * chord(6e-3)) << column;
+            ++compared;
+        }
+        EXPECT_GT(compared, 100u);
+    }
+}
+
+TEST(Observation, AWallOfWhatItLiesInIsNotSeen) {
+    Seen seen;
+    const std::vector<double> without = [&] {
+        XrayPatient patient(seen.spec, seen.prepared.model);
+        Fluoroscope scope(seen.view);
+        return scope.project(patient, seen.simulator->state()).attenuation;
+    }();
+    seen.spec.wall = 1e-3;
+    XrayPatient tissue(seen.spec, seen.prepared.model);
+    Fluoroscope scope(seen.view);
+    EXPECT_EQ(scope.project(tissue, seen.simulator->state()).attenuation, without);
+    seen.spec.wall_matter = XrayMatter::Bone;
+    XrayPatient calcified(seen.spec, seen.prepared.model);
+    Fluoroscope other(seen.view);
+    const std::vector<double>& with = other.project(calcified, seen.simulator->state()).attenuation;
+    for (std::size_t k = 0; k < with.size(); ++k) EXPECT_GE(with[k], without[k] - 1e-6) << "pixel " << k;
+    EXPECT_NE(with, without);
 }
 
 TEST(Observation, EveryRayThatMeetsTheVesselOrADeviceHasADepth) {

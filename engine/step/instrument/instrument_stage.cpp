@@ -3,6 +3,7 @@
 #include "engine/effects/call.hpp"
 #include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/instrument/script.hpp"
+#include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
 #include <algorithm>
@@ -343,6 +344,7 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
             ++report.self_contacts;
             report.self_force_n += plane.force;
         }
+        report.exchange_gap_n += find_exchange_gap(model, i, state, rods);
         report.balance_n += std::sqrt((rod.handle_force + rod.clamp_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     for (const fem::RodMeeting& meeting : state.meetings) {

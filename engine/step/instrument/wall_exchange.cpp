@@ -187,6 +187,23 @@ void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodi
         }
 }
 
+double find_exchange_gap(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods) {
+    const std::size_t lumen = model.instruments[instrument].lumen;
+    const BodyModel& wall = model.bodies[lumen];
+    if (!rods.tissue_moves || !wall.host_body) return 0.0;
+    Vec3 gap = Vec3::Zero();
+    for (const fem::RodPlane& plane : state.instruments[instrument].planes)
+        if (plane.force > 0.0) gap += plane.force * plane.normal + plane.drag;
+    const auto place = [](const Triangle& t, const WallPress& press, std::span<const Vec3> at) {
+        return Vec3(press.bary[0] * at[t[0]] + press.bary[1] * at[t[1]] + press.bary[2] * at[t[2]]);
+    };
+    for (const WallPush& push : rods.instruments[instrument].pushes) {
+        const Triangle& t = wall.surface.triangles[push.press.triangle];
+        gap -= felt_of(push, place(t, push.press, state.bodies[lumen].surface) - place(t, push.press, rods.walls[lumen].surface_t0)) + push.drag;
+    }
+    return std::sqrt(gap.squaredNorm());
+}
+
 Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept {
     const Axes axes(push);
     const Vec3 on_wall = end_force(push) - moved / push.give;

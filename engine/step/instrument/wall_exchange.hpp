@@ -37,4 +37,7 @@ void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodi
 /// moved   m, of the wall at the push's place
 [[nodiscard]] Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept;
 
+/// N; what an instrument pushes its wall with at the step's end, less what the tissue felt of it then; 0: both agree, or no tissue carries the wall.
+[[nodiscard]] double find_exchange_gap(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
+
 } // namespace trocar::engine
