@@ -55,15 +55,15 @@ void bend_rods(std::vector<LiteratureRow>& rows, bool quick) {
          {rod_row("elastica under an end load, P L^2 / EI = 5", "tip aside, lengths", "Bisshopp & Drucker 1945, by shooting", loaded.across),
           rod_row("elastica under an end load, P L^2 / EI = 5", "tip along, lengths", "Bisshopp & Drucker 1945, by shooting", loaded.along)},
          sizes, [&](int n) {
-             const fem::ElasticaTip tip = fem::loaded_tip(n, kLoad);
-             return std::vector{tip.across, tip.along};
+             const fem::ElasticaTip end = fem::loaded_tip(n, kLoad);
+             return std::vector{end.across, end.along};
          });
     fill(rows,
          {rod_row("heavy elastica, w L^3 / EI = 10", "tip aside, lengths", "elastica, by shooting", heavy.across),
           rod_row("heavy elastica, w L^3 / EI = 10", "tip along, lengths", "elastica, by shooting", heavy.along)},
          sizes, [&](int n) {
-             const fem::ElasticaTip tip = fem::heavy_tip(n, kWeight);
-             return std::vector{tip.across, tip.along};
+             const fem::ElasticaTip end = fem::heavy_tip(n, kWeight);
+             return std::vector{end.across, end.along};
          });
 }
 
