@@ -28,6 +28,13 @@ constexpr int kSendBuffer = 256 * 1024;
 /// A client that takes nothing of a batch to its end for so long is disconnected.
 constexpr std::chrono::seconds kPatience{30};
 
+/// Packed once: the library loses some of its memory with every one.
+const std::string& capability() {
+    static const std::string kPacked =
+        pack_capability(kProgramDevice, {"TRANSFORM", "STRING", "POLYDATA", "STATUS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL"});
+    return kPacked;
+}
+
 template <class... Ts>
 struct Overloaded : Ts... {
     using Ts::operator()...;
@@ -126,7 +133,7 @@ private:
         else if (header_.type == "GET_STATUS")
             status_due_ = true;
         else if (header_.type == "GET_CAPABIL")
-            say(pack_capability(kProgramDevice, {"TRANSFORM", "STRING", "POLYDATA", "STATUS", "GET_POLYDATA", "GET_STATUS", "GET_CAPABIL"}));
+            say(capability());
         else if (header_.type == "TRANSFORM")
             on_transform(*content);
         else if (header_.type == "STRING")

@@ -10,17 +10,25 @@ TEST(IgtlBridge, IsTestedWhereTheLibraryIs) { GTEST_SKIP() << "OpenIGTLink was n
 #else
 
 #include "engine/igtl/bytes.hpp"
+#include "engine/scene/scene.hpp"
 
+#include <igtl_util.h>
+
+#include <bit>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <set>
 
 #include <unistd.h>
 
+/// What its client unpacks, and a CAPABILITY that is packed, the library does not free.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libOpenIGTLink\n"; }
+
 namespace trocar::engine::igtl::test {
 namespace {
 
-using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
@@ -55,7 +63,10 @@ void expect_alive(Live& live) {
     Client client(live);
     const auto first = client.await_state([](const auto&) { return true; });
     ASSERT_FALSE(first.is_null());
-    EXPECT_FALSE(client.await_state([&](const auto& state) { return state["step"] > first["step"]; }).is_null());
+    EXPECT_FALSE(client.await_state([&](const auto& state) {
+        client.say("go on"); // again and again: a client that has gone may still have the seat
+        return state["step"] > first["step"];
+    }).is_null());
 }
 
 TEST(IgtlBridge, SendsEverySurfaceAndWhoIsWhoToANewClient) {
@@ -126,7 +137,7 @@ TEST(IgtlBridge, TipAndSkinAreWhereTheStateHasThem) {
 }
 
 TEST(IgtlBridge, DeformingBodiesComeAsTheyMoveAndOthersOnce) {
-    engine::test::BentTube scene{35, "work:50000", R"("elasticity", "damping", "gravity", "coarse_contact", "exact_contact")"};
+    engine::test::BentTube scene{35, "work:50000", R"("elasticity", "damping", "coarse_contact", "exact_contact")"};
     scene.host_body = engine::test::kOrgan +
                       R"("stone": {"kind": "static", "surface": {"shape": "box", "centre": [0, 90, 0], "extent": [5, 5, 5], "cells": 2}},)";
     Live live(engine::test::bent_tube_scene(scene));
@@ -148,11 +159,10 @@ TEST(IgtlBridge, DeformingBodiesComeAsTheyMoveAndOthersOnce) {
 
 TEST(IgtlBridge, SendsNoMoreFramesThanAskedFor) {
     Live live(engine::test::bent_tube_scene({35, "work:20000"}), 5.0);
+    const std::int64_t start = monotonic_ns(); // the first frame is later
     Client client(live);
-    ASSERT_TRUE(client.await("TRANSFORM", "wire_tip"));
-    const std::int64_t start = monotonic_ns();
-    for (int k = 0; k < 5; ++k) ASSERT_TRUE(client.await("TRANSFORM", "wire_tip"));
-    EXPECT_GT(monotonic_ns() - start, 750'000'000) << "five frames, 200 ms apart";
+    for (int k = 0; k < 6; ++k) ASSERT_TRUE(client.await("TRANSFORM", "wire_tip"));
+    EXPECT_GT(monotonic_ns() - start, 999'000'000) << "six frames, 200 ms apart";
 }
 
 TEST(IgtlBridge, ATransformDrivesTheInstrumentToItsPlace) {
@@ -211,12 +221,15 @@ TEST(IgtlBridge, OneClientDrivesAndALostOneLetsGo) {
         EXPECT_THAT(watcher.await_status(5), HasSubstr("drives"));
     }
     double last = 0.0;
-    const auto still = watcher.await_state([&](const auto& state) { return std::exchange(last, state["insertion_mm"].template get<double>()) == last && state["step"] > 5; });
+    const auto still = watcher.await_state([&](const auto& state) {
+        const double now = state["insertion_mm"], before = std::exchange(last, now);
+        return now > 21.9 && now == before;
+    });
     EXPECT_FALSE(still.is_null());
-    watcher.say("pause");
-    EXPECT_FALSE(watcher.await([](const Message& message) {
+    EXPECT_TRUE(watcher.await([&](const Message& message) {
+        if (message.name == "trocar_state") watcher.say("pause");
         return message.type == "STATUS" && std::string(unpack<::igtl::StatusMessage>(message)->GetStatusString()) == "paused";
-    }) == std::nullopt);
+    }));
 }
 
 TEST(IgtlBridge, ReadsHeadersOfVersionTwo) {
@@ -308,11 +321,7 @@ TEST(IgtlBridge, RandomBytesBreakNothing) {
         }
         if (random() % 2 == 0) (void)client.read();
     }
-    {
-        Client client(live);
-        client.say("go on");
-        expect_alive(live);
-    }
+    expect_alive(live);
     EXPECT_LE(live.said().size(), 7u);
 }
 

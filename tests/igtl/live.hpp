@@ -11,6 +11,7 @@
 #include "engine/viewer/server.hpp"
 
 #include <igtlClientSocket.h>
+#include <igtlMath.h>
 #include <igtlMessageHeader.h>
 #include <igtlPolyDataMessage.h>
 #include <igtlStatusMessage.h>
@@ -18,6 +19,8 @@
 #include <igtlTransformMessage.h>
 #include <nlohmann/json.hpp>
 
+#include <csignal>
+#include <functional>
 #include <mutex>
 #include <thread>
 
@@ -41,7 +44,9 @@ struct Live {
     std::vector<std::string> said_; // by the bridge
 
     explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), double rate = 60.0) {
-        scene = *parse_scene(text, "scenes/live.json");
+        auto read = parse_scene(text, "scenes/live.json");
+        EXPECT_TRUE(read.ok()) << (read.ok() ? "" : read.error().to_string());
+        scene = std::move(*read);
         prepared = *make_prepared_scene(scene);
         session.emplace(scene, prepared);
         open_exchange(*session, exchange);
@@ -84,6 +89,7 @@ struct Message {
 class Client {
 public:
     explicit Client(const Live& live) : socket_(::igtl::ClientSocket::New()) {
+        std::signal(SIGPIPE, SIG_IGN); // a connection that the server ended is no reason to die
         EXPECT_EQ(socket_->ConnectToServer("127.0.0.1", live.port), 0);
         socket_->SetReceiveTimeout(kPatienceMs);
     }

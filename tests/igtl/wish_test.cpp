@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 
 struct Known {
-    PreparedScene prepared = test::prepare(test::bent_tube_scene());
+    PreparedScene prepared = engine::test::prepare(engine::test::bent_tube_scene());
     Devices devices = name_devices(prepared.model);
 
     Result<Wish> command(std::string_view text) const { return read_command(text, prepared.model, devices); }
@@ -101,8 +101,12 @@ TEST(IgtlWish, RandomTextIsRefusedOrInRange) {
         for (std::size_t n = random() % 7; n > 0; --n) text += pieces[random() % pieces.size()];
         const auto wish = known.command(text);
         if (!wish.ok()) continue;
-        if (const auto* insert = std::get_if<InsertAt>(&*wish)) EXPECT_LE(std::abs(insert->share), 1.0) << text;
-        if (const auto* rotate = std::get_if<RotateAt>(&*wish)) EXPECT_LE(std::abs(rotate->share), 1.0) << text;
+        if (const auto* insert = std::get_if<InsertAt>(&*wish)) {
+            EXPECT_LE(std::abs(insert->share), 1.0) << text;
+        }
+        if (const auto* rotate = std::get_if<RotateAt>(&*wish)) {
+            EXPECT_LE(std::abs(rotate->share), 1.0) << text;
+        }
     }
 }
 
