@@ -25,7 +25,7 @@ constexpr std::uint64_t kMostPassedOver = 256ull << 20;
 constexpr std::size_t kMostAnswers = 64;
 /// Bytes that the system keeps for a client that reads slowly: frames that lie there are old when they are seen.
 constexpr int kSendBuffer = 256 * 1024;
-/// A client that takes nothing of a batch to its end for so long is disconnected.
+/// A client that does not take a batch to its end within this time is disconnected.
 constexpr std::chrono::seconds kPatience{30};
 
 /// Packed once: the library loses some of its memory with every one.
@@ -263,7 +263,7 @@ private:
         patience_.async_wait([weak = weak_from_this()](const ErrorCode& failed) {
             const auto self = weak.lock();
             if (failed || self == nullptr) return;
-            self->bridge_->complain(Complaint::NotRead, "OpenIGTLink: a client reads nothing; it is disconnected");
+            self->bridge_->complain(Complaint::NotRead, "OpenIGTLink: a client does not read; it is disconnected");
             self->end();
         });
         boost::asio::async_write(socket_, buffers, [self = shared_from_this()](const ErrorCode& failed, std::size_t) {
