@@ -1,5 +1,6 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/igtl/bridge.hpp"
 #include "engine/render/attach_culler.hpp"
 #include "engine/time/interrupt.hpp"
 #include "engine/viewer/page_file.hpp"
@@ -20,8 +21,10 @@ struct ViewOptions {
     std::filesystem::path scene, page;
     std::string address = "127.0.0.1", budget;
     std::uint16_t port = 0;
+    std::optional<std::uint16_t> igtl; // port of the bridge
+    double igtl_rate = 20.0;           // frames a second
     std::int64_t steps = 0; // 0: until interrupted
-    bool paused = false, script = false, quiet = false, at_once = false;
+    bool paused = false, script = false, quiet = false, at_once = false, no_page = false;
 };
 
 /// Stops the loop when the program is asked to end: a signal's handler may do no more than set a flag.
@@ -56,6 +59,17 @@ void print_tally(RunStatistics& tally, double step_s) {
     fmt::print("{} of {} whole steps took longer than the {:.4g} ms they simulate\n", slower, tally.steps, 1e3 * step_s);
 }
 
+/// What 3D Slicer connects to, beside the page.
+viewer::ServerOptions server_options(const ViewOptions& options, const PreparedScene& prepared, std::string page) {
+    viewer::ServerOptions server{options.address, options.port, std::move(page), !options.no_page, {}};
+    if (!options.igtl) return server;
+    const igtl::BridgeOptions bridge{options.address, *options.igtl, options.igtl_rate,
+                                     [](const std::string& sentence) { fmt::print(stderr, "notice: {}\n", sentence); },
+                                     [&options](unsigned short port) { fmt::print("OpenIGTLink at {} port {}\n", options.address, port); }};
+    server.beside = [&prepared, bridge](viewer::Hub& hub) { return igtl::Bridge::open(hub, prepared.model, bridge); };
+    return server;
+}
+
 int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
     std::string culler;
     viewer::Session session(scene, prepared, [&culler](Simulator& simulator) { culler = attach_culler(simulator); });
@@ -65,12 +79,14 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     viewer::open_exchange(session, exchange);
     session.apply(viewer::Pause{options.paused});
     session.apply(viewer::FollowScript{options.script});
-    auto server = viewer::Server::open(scene, prepared, session, exchange, {options.address, options.port, std::move(page)});
+    auto server = viewer::Server::open(scene, prepared, session, exchange, server_options(options, prepared, std::move(page)));
     if (!server.ok()) return report_error(server.error());
     const InterruptHold hold(InterruptHold::Then::OwnerEnds); // the run's figures are told
-    fmt::print("{}\n", (*server)->url());
+    if (!options.no_page) fmt::print("{}\n", (*server)->url());
     const bool waits = !options.at_once && options.steps == 0; // with a number of steps, no viewer is waited for
-    if (!options.quiet) fmt::print("open this address in a browser{}; Ctrl-C ends the run\n", waits ? ": the first step waits for it" : "");
+    if (!options.quiet)
+        fmt::print("{}{}; Ctrl-C ends the run\n", options.no_page ? "connect 3D Slicer to this port" : "open this address in a browser",
+                   waits ? ": the first step waits for it" : "");
     std::fflush(stdout);
     RunStatistics tally;
     {
@@ -97,7 +113,7 @@ int view(const ViewOptions& options) {
         }
         scene->budget.limits = budget->limits;
     }
-    auto page = options.page.empty() ? viewer::read_page() : viewer::read_page(options.page);
+    auto page = options.no_page ? Result<std::string>(std::string()) : options.page.empty() ? viewer::read_page() : viewer::read_page(options.page);
     if (!page.ok()) return report_error(page.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
@@ -120,6 +136,12 @@ Command add_view_command(CLI::App& app) {
     command->add_option("-n,--steps", options.steps, "end after so many steps; they begin at once, with or without a viewer")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command->add_option("--page", options.page, "another page than the built one (HTML)");
+    CLI::Option* igtl = command->add_option("--igtl", options.igtl, "also serve OpenIGTLink at this port, which 3D Slicer connects to (its own default is 18944; 0: a free one)")
+                            ->check(CLI::Range(0, 65535));
+    command->add_option("--igtl-rate", options.igtl_rate, "frames a second at most that an OpenIGTLink client gets")
+        ->check(CLI::Range(igtl::kLeastRate, igtl::kMostRate))
+        ->needs(igtl);
+    command->add_flag("--no-page", options.no_page, "serve no page: OpenIGTLink alone")->needs(igtl);
     command->add_flag("--at-once", options.at_once, "take steps from the start; without it the first one waits for the first viewer");
     command->add_flag("--paused", options.paused, "begin paused: the page's Space, or N for one step, goes on");
     command->add_flag("--script", options.script, "begin with the scene's own script at the catheter");

@@ -16,6 +16,11 @@ struct Drive {
     double insertion = 0.0; // [-1, 1]
     double rotation = 0.0;  // [-1, 1]
 };
+/// Drive command to a place: as fast as the limits allow, and then it stays there. A drive command of speeds ends it.
+struct DriveTo {
+    double insertion = 0.0; // m beyond the port
+    double rotation = 0.0;  // rad of the handle
+};
 /// The scene's own script drives, or gives control back to the user.
 struct FollowScript {
     bool on = false;
@@ -47,7 +52,7 @@ struct Restart {};
 /// Asks for the hash of the state as it stands, for a recording that is taken away.
 struct Seal {};
 
-using Command = std::variant<Drive, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Inject, Restart, Seal>;
+using Command = std::variant<Drive, DriveTo, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Inject, Restart, Seal>;
 
 inline constexpr double kSlowestPace = 0.05;
 /// s per step: the range of the budget that a person may set.

@@ -179,7 +179,8 @@ void Hub::update_wishes() {
 }
 
 std::string Hub::handle(unsigned client, const Request& request) {
-    if (const auto* asked = std::get_if<Command>(&request)) return command(client, *asked);
+    const auto refusal = [](const std::string& sentence) { return sentence.empty() ? std::string() : error_message(sentence); };
+    if (const auto* asked = std::get_if<Command>(&request)) return refusal(submit(client, *asked));
     if (const auto* show = std::get_if<ShowSpheres>(&request)) {
         if (const auto asking = clients_[client].lock()) asking->show_spheres(show->on);
         update_wishes();
@@ -190,17 +191,15 @@ std::string Hub::handle(unsigned client, const Request& request) {
         }
         update_wishes();
     } else if (const auto* set = std::get_if<SetXray>(&request)) {
-        if (std::string refused = refuse(client); !refused.empty()) return refused;
+        if (const std::string refused = refuse(client); !refused.empty()) return error_message(refused);
         monitor_.set(set->settings);
     } else if (std::holds_alternative<TakeMask>(request)) {
-        if (std::string refused = refuse(client); !refused.empty()) return refused;
+        if (const std::string refused = refuse(client); !refused.empty()) return error_message(refused);
         monitor_.take_mask();
     } else if (std::holds_alternative<TakeSeat>(request)) {
-        if (driver_ != 0 && driver_ != client)
-            return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
-        driver_ = client;
-    } else if (std::holds_alternative<LeaveSeat>(request) && driver_ == client) {
-        empty_seat();
+        if (const std::string refused = take_seat(client); !refused.empty()) return notice_message(refused);
+    } else if (std::holds_alternative<LeaveSeat>(request)) {
+        leave_seat(client);
     } else if (const auto* ping = std::get_if<Ping>(&request))
         return pong_message(ping->number);
     return {};
@@ -208,14 +207,24 @@ std::string Hub::handle(unsigned client, const Request& request) {
 
 std::string Hub::refuse(unsigned client) const {
     if (driver_ == client) return {};
-    return error_message(driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_));
+    return driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_);
 }
 
-std::string Hub::command(unsigned client, const Command& command) {
+std::string Hub::take_seat(unsigned client) {
+    if (driver_ != 0 && driver_ != client) return fmt::format("viewer {} drives; the seat is free when they leave it", driver_);
+    driver_ = client;
+    return {};
+}
+
+void Hub::leave_seat(unsigned client) {
+    if (driver_ == client) empty_seat();
+}
+
+std::string Hub::submit(unsigned client, const Command& command, bool lasts) {
     if (std::string refused = refuse(client); !refused.empty()) return refused;
-    if (!exchange_.commands.push(command)) return error_message("too many commands wait for the next step; this one is dropped");
+    if (!exchange_.commands.push(command)) return "too many commands wait for the next step; this one is dropped";
     if (const auto* drive = std::get_if<Drive>(&command)) {
-        drive_moves_ = drive->insertion != 0.0 || drive->rotation != 0.0;
+        drive_moves_ = !lasts && (drive->insertion != 0.0 || drive->rotation != 0.0);
         last_drive_ns_ = monotonic_ns();
     }
     return {};

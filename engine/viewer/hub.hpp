@@ -66,6 +66,8 @@ public:
     [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
     [[nodiscard]] const CommandRange& range() const noexcept { return range_; }
     [[nodiscard]] FrameStore& frames() noexcept { return frames_; }
+    /// The snapshot that the latest frame was made of; before the first frame the surfaces at the start.
+    [[nodiscard]] const Snapshot& shown() const noexcept { return exchange_.snapshot.front(); }
     /// The X-ray monitor's last picture; nullptr: none yet.
     [[nodiscard]] const std::shared_ptr<const std::string>& xray() const noexcept { return xray_; }
     [[nodiscard]] bool has_free_place() const noexcept { return clients_.size() < kMostViewers; }
@@ -75,6 +77,12 @@ public:
     void leave(unsigned client);
     /// Text of the answer; empty: none is due.
     [[nodiscard]] std::string handle(unsigned client, const Request& request);
+    /// Passes a command on. The sentence that refuses it; empty: it was taken.
+    /// lasts  a drive command ends with the next one, or with its viewer; else it ends unless it is repeated
+    [[nodiscard]] std::string submit(unsigned client, const Command& command, bool lasts = false);
+    /// The same for the driver's seat.
+    [[nodiscard]] std::string take_seat(unsigned client);
+    void leave_seat(unsigned client);
     /// What a newcomer gets first.
     [[nodiscard]] const std::vector<std::shared_ptr<const std::string>>& model_messages() const noexcept { return model_messages_; }
     [[nodiscard]] const std::shared_ptr<const std::string>& scene_text() const noexcept { return scene_text_; }
@@ -97,9 +105,8 @@ private:
     void take_xray();
     void answer_sealed();
     void check_driver(std::int64_t now);
-    /// Empty: this viewer drives.
+    /// The sentence that says who drives; empty: this viewer.
     [[nodiscard]] std::string refuse(unsigned client) const;
-    [[nodiscard]] std::string command(unsigned client, const Command& command);
     void stop_drive();
     void let_tissue_go();
     void empty_seat();

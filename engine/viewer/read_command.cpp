@@ -16,7 +16,7 @@ namespace trocar::engine::viewer {
 
 namespace {
 
-using Json = nlohmann::json;
+using Parsed = nlohmann::json;
 
 /// m; nothing that can be pulled is larger.
 constexpr double kFurthestTarget = 10.0;
@@ -24,10 +24,10 @@ constexpr double kFurthestTarget = 10.0;
 /// One message's members, each read once; the first error is kept, and an unread member is one.
 class Members {
 public:
-    explicit Members(const Json& object) : object_(object) { asked_.insert("type"); }
+    explicit Members(const Parsed& object) : object_(object) { asked_.insert("type"); }
 
     double number(const char* key, double least, double most) {
-        const Json* value = find(key);
+        const Parsed* value = find(key);
         if (value == nullptr) return least;
         const double number = value->is_number() ? value->get<double>() : std::nan("");
         if (number >= least && number <= most) return number;
@@ -35,7 +35,7 @@ public:
         return least;
     }
     std::uint64_t whole(const char* key, std::uint64_t least, std::uint64_t most) {
-        const Json* value = find(key);
+        const Parsed* value = find(key);
         if (value == nullptr) return least;
         if (value->is_number_unsigned())
             if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
@@ -43,19 +43,19 @@ public:
         return least;
     }
     bool flag(const char* key) {
-        const Json* value = find(key);
+        const Parsed* value = find(key);
         if (value == nullptr) return false;
         if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; expected true or false", key, text_of(*value)));
         return value->is_boolean() && value->get<bool>();
     }
     std::string word(const char* key) {
-        const Json* value = find(key);
+        const Parsed* value = find(key);
         if (value == nullptr) return {};
         if (!value->is_string()) complain(fmt::format("\"{}\" is {}; expected a text", key, text_of(*value)));
         return value->is_string() ? value->get<std::string>() : std::string();
     }
     Vec3 point(const char* key) {
-        const Json* value = find(key);
+        const Parsed* value = find(key);
         Vec3 point = Vec3::Zero();
         if (value == nullptr) return point;
         bool good = value->is_array() && value->size() == 3;
@@ -77,16 +77,16 @@ public:
     }
 
 private:
-    const Json* find(const char* key) {
+    const Parsed* find(const char* key) {
         asked_.insert(key);
         const auto found = object_.find(key);
         if (found != object_.end()) return &*found;
         complain(fmt::format("\"{}\" is missing", key));
         return nullptr;
     }
-    static std::string text_of(const Json& value) { return shown(value.dump(-1, ' ', true, Json::error_handler_t::replace)); }
+    static std::string text_of(const Parsed& value) { return shown(value.dump(-1, ' ', true, Parsed::error_handler_t::replace)); }
 
-    const Json& object_;
+    const Parsed& object_;
     std::set<std::string, std::less<>> asked_;
     std::optional<Error> error_;
 };
@@ -194,7 +194,7 @@ const std::map<std::string, Reader, std::less<>>& readers() {
 Result<Request> read_request(std::string_view text, const CommandRange& range) {
     if (text.size() > kLongestMessage)
         return Error{ErrorCode::BadValue, fmt::format("the message has {} bytes; expected at most {}", text.size(), kLongestMessage)};
-    const Json message = Json::parse(text, nullptr, false);
+    const Parsed message = Parsed::parse(text, nullptr, false);
     if (!message.is_object()) return Error{ErrorCode::BadSyntax, "the message is no JSON object"};
     const auto type = message.find("type");
     if (type == message.end() || !type->is_string()) return Error{ErrorCode::BadValue, "\"type\" is missing, or no text"};

@@ -4,15 +4,21 @@
 
 #include "engine/viewer/loop.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 
 namespace trocar::engine::viewer {
 
+class Hub;
+
 struct ServerOptions {
     std::string address = "127.0.0.1";
     unsigned short port = 0; // 0: a free one
     std::string page;        // HTML
+    bool serves_page = true; // false: nothing listens at the port
+    /// Another protocol for the same run, on the same thread; what it gives is kept as long as the server.
+    std::function<Result<std::shared_ptr<void>>(Hub&)> beside{};
 };
 
 class Server {
@@ -25,6 +31,7 @@ public:
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
+    /// Empty without a page.
     [[nodiscard]] const std::string& url() const noexcept;
     [[nodiscard]] unsigned short port() const noexcept;
     [[nodiscard]] const std::string& token() const noexcept;

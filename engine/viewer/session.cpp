@@ -65,6 +65,7 @@ void Session::begin_run() {
     if (equip_) equip_(*simulator_);
     status_.grabbed = false;
     status_.drive = {};
+    goal_.reset();
     single_steps_ = 0;
     ++run_;
 }
@@ -83,9 +84,18 @@ void Session::apply(const Command& command) {
     std::visit(Overloaded{
                    [&](const Drive& drive) {
                        status_.drive = drive;
+                       goal_.reset();
                        if (drive.insertion != 0.0 || drive.rotation != 0.0) status_.script = false; // user input takes over
                    },
-                   [&](const FollowScript& follow) { status_.script = follow.on && has_script_; },
+                   [&](const DriveTo& to) {
+                       status_.drive = {};
+                       status_.script = false;
+                       goal_ = DriveCommand{to.insertion, to.rotation};
+                   },
+                   [&](const FollowScript& follow) {
+                       status_.script = follow.on && has_script_;
+                       if (status_.script) goal_.reset();
+                   },
                    [&](const SetBudget& set) {
                        Inputs tried;
                        tried.budget = set.limits;
@@ -155,6 +165,7 @@ DriveCommand Session::wanted_drive_command() {
     const InstrumentModel& instrument = model_.instruments[kLeadInstrument];
     const State& state = simulator_->state();
     const double dt = model_.step_s;
+    if (goal_) return *goal_;
     if (!status_.script)
         return {drive_position_.insertion + status_.drive.insertion * instrument.limits.speed * dt,
                 drive_position_.rotation + status_.drive.rotation * instrument.limits.rotation * dt};

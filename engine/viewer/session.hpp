@@ -80,6 +80,7 @@ private:
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;
     DriveCommand drive_position_;         // drive position in the last step
+    std::optional<DriveCommand> goal_;    // of DriveTo
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;
     std::uint64_t most_work_ = 0; // of a step so far, all runs together

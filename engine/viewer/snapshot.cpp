@@ -2,6 +2,7 @@
 #include "engine/viewer/snapshot.hpp"
 
 #include "engine/step/solid/solid_trees.hpp"
+#include "fem/rod/rod_frames.hpp"
 
 #include <algorithm>
 
@@ -86,6 +87,16 @@ void list_rod(const Session& session, Snapshot& snapshot) {
     for (std::size_t k = first; k < rod.position.size(); ++k) snapshot.rod.push_back(to_point(rod.position[k]));
 }
 
+void list_tips(const Session& session, Snapshot& snapshot) noexcept {
+    for (std::size_t i = 0; i < snapshot.tips.size(); ++i) {
+        const InstrumentModel& model = session.model().instruments[i];
+        const fem::RodState& rod = session.simulator().raw_state().instruments[i].rod;
+        const std::size_t last = rod.position.size() - 1;
+        fem::carry_material_axis(model.rod, rod, model.port, std::span(snapshot.axes).first(rod.position.size()));
+        snapshot.tips[i] = {rod.position[last], fem::rod_tangent(rod.position, last, model.port.direction), snapshot.axes[last]};
+    }
+}
+
 } // namespace
 
 void prepare_snapshot(Session& session, Snapshot& snapshot) {
@@ -100,10 +111,13 @@ void prepare_snapshot(Session& session, Snapshot& snapshot) {
         snapshot.surfaces.emplace_back(instrument.skin.size());
         snapshot.moves.push_back(true);
         snapshot.rod.reserve(instrument.rod.position.size());
+        snapshot.axes.resize(std::max(snapshot.axes.size(), instrument.rod.position.size()));
     }
+    snapshot.tips.resize(state.instruments.size());
     snapshot.contacts.reserve(kMostDots);
     snapshot.spheres.reserve(kMostSpheres);
     copy_surfaces(state, snapshot, true);
+    list_tips(session, snapshot);
 }
 
 void fill_snapshot(Session& session, bool spheres, Snapshot& snapshot) {
@@ -113,6 +127,7 @@ void fill_snapshot(Session& session, bool spheres, Snapshot& snapshot) {
     snapshot.spheres_left_out = 0;
     if (spheres) list_spheres(session, snapshot);
     list_rod(session, snapshot);
+    list_tips(session, snapshot);
     snapshot.status = session.status();
     snapshot.report = session.simulator().report();
     snapshot.contrast = effects::measure_contrast(session.model(), session.simulator().raw_state());

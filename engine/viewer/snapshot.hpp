@@ -22,6 +22,13 @@ struct ShownSphere {
     SphereKind kind = SphereKind::Free;
 };
 
+/// Where an instrument ends, in the world's frame.
+struct TipPose {
+    Vec3 position = Vec3::Zero();  // m
+    Vec3 direction = Vec3::UnitZ(); // unit, along the rod out of its tip
+    Vec3 across = Vec3::UnitX();   // unit, at right angles: turns with the material
+};
+
 /// Surfaces in the order of the page's parts: bodies, then the skins of instruments.
 struct Snapshot {
     std::vector<std::vector<Point>> surfaces; // [part][vertex_count]
@@ -29,6 +36,8 @@ struct Snapshot {
     std::vector<ContactDot> contacts;         // at most kMostDots
     std::vector<ShownSphere> spheres;         // at most kMostSpheres; empty unless asked for
     std::vector<Point> rod;                   // nodes of the first instrument, the inserted ones
+    std::vector<TipPose> tips;                // [instrument]
+    std::vector<Vec3> axes;                   // memory for those
     std::size_t contacts_left_out = 0, spheres_left_out = 0;
     SessionStatus status;
     StepReport report; // of the last step; its failure is what stopped the run

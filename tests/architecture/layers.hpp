@@ -79,6 +79,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/experiments/sweep", 7, 1},
     Folder{"engine/episodes", 7, 1},
     Folder{"engine/viewer", 8, 0},
+    Folder{"engine/igtl", 8, 1},
     Folder{"python/binding", 8, 0},
     Folder{"bench", 8, 0},
     Folder{"engine/cli", 9, 0},

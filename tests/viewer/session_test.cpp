@@ -172,6 +172,32 @@ TEST(ViewerSession, ADriveThatIsStoppedReversesAtOnce) {
     EXPECT_LT(session.simulator().report().insertion_m, furthest - 10 * 0.035 * 0.007);
 }
 
+TEST(ViewerSession, ADriveToAPlaceGoesThereAtTheLimitsStaysAndIsRecorded) {
+    const std::string text = test::bent_tube_scene(bent("work:20000"));
+    const Loaded loaded = load(text);
+    Session session(loaded.scene, loaded.prepared);
+    const auto steps = [&](int count) {
+        for (int k = 0; k < count; ++k) session.step();
+        return session.simulator().report();
+    };
+    const double start = session.simulator().state().instruments[0].rod.insertion;
+    session.apply(DriveTo{start + 0.01, -0.5});
+    EXPECT_NEAR(steps(10).insertion_m, start + 0.035 * 0.1, 1e-9);
+    EXPECT_NEAR(steps(60).insertion_m, start + 0.01, 1e-9);
+    EXPECT_NEAR(steps(5).rotation_rad, -0.5, 1e-9);
+    session.apply(DriveTo{100.0, 0.0}); // farther than it is long
+    session.apply(Drive{-1.0, 0.0});    // ends it
+    EXPECT_LT(steps(10).insertion_m, start + 0.0066);
+    session.apply(FollowScript{true});
+    session.apply(DriveTo{start, 0.0});
+    EXPECT_FALSE(session.status().script);
+    EXPECT_NEAR(steps(60).insertion_m, start, 1e-9);
+    const auto& recording = session.recording();
+    ASSERT_TRUE(recording->repeatable());
+    const std::uint64_t hash = hash_state(session.simulator().state());
+    EXPECT_EQ(hash_of_run(text, recording->text(loaded.scene, recording->steps(), hash), session.status().budget, recording->steps()), hash);
+}
+
 TEST(ViewerSession, ASmallerBudgetStopsAtACoarserLevelAndSaysHowWrongItMayBe) {
     const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
     Session session(loaded.scene, loaded.prepared);
