@@ -8,6 +8,7 @@
 #include "engine/report/plot_html.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/report_style.hpp"
+#include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
 
@@ -39,6 +40,24 @@ std::vector<std::string> columns_of(const BenchTable& table) {
 
 } // namespace
 
+std::string bench_command(std::string_view name, const BenchOptions& options) {
+    return fmt::format("trocar bench {}{}{}{}{}", name, options.quick ? " --quick" : "", options.large ? " --large" : "",
+                       options.threads > 0 ? fmt::format(" --threads {}", options.threads) : "",
+                       options.scene.empty() ? "" : " --scene " + shell_quoted(project_path(options.scene)));
+}
+
+void note_scene(BenchTable& table, const Scene& scene, const SceneModel& model) {
+    table.scenes.push_back({project_path(scene.file), hash_model(model)});
+}
+
+namespace {
+
+std::string command_of(std::string_view name, const BenchTable& table) {
+    return table.command.empty() ? bench_command(name, {.quick = table.quick}) : table.command;
+}
+
+} // namespace
+
 nlohmann::ordered_json machine_json() {
     const Machine machine = describe_machine();
     nlohmann::ordered_json json;
@@ -60,7 +79,12 @@ nlohmann::ordered_json machine_json() {
 nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table) {
     nlohmann::ordered_json json;
     json["bench"] = name;
+    json["version"] = build_facts().version;
+    json["commit"] = build_facts().commit;
     json["machine"] = machine_json();
+    json["command"] = command_of(name, table);
+    json["scenes"] = nlohmann::ordered_json::array();
+    for (const BenchScene& scene : table.scenes) json["scenes"].push_back({{"file", scene.file}, {"model_hash", fmt::format("{:016x}", scene.model_hash)}});
     json["quick"] = table.quick;
     json["rows"] = table.rows;
     json["notes"] = table.notes;
@@ -115,10 +139,15 @@ std::string page_head(const std::string& title, const std::string& lead) {
 }
 
 /// command  that measures the page anew
-std::string page_foot(const std::string& command) {
-    const Machine machine = describe_machine();
-    return fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<footer>{}. {}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(command), escape_html(build_text()),
-                       escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
+std::string page_foot(const std::string& command, const std::string& scenes) {
+    return fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<dl>{}{}</dl>\n</main></body></html>\n", escape_html(command), scenes, facts_html(describe_machine()));
+}
+
+std::string scenes_html(const BenchTable& table) {
+    std::string page;
+    for (const BenchScene& scene : table.scenes)
+        page += fmt::format("<dt>Scene</dt><dd>{}, hash <code>{:016x}</code> as it was prepared</dd>", escape_html(scene.file), scene.model_hash);
+    return page;
 }
 
 std::string plots_html(const BenchTable& table) {
@@ -128,10 +157,17 @@ std::string plots_html(const BenchTable& table) {
     return plots_html(*plots);
 }
 
+/// A key may go on in a new line after each "_": of a dozen columns the last would lie beyond a laptop's edge.
+std::string breakable(const std::string& key) {
+    std::string text;
+    for (const char c : key) text.append(1, c).append(c == '_' ? "<wbr>" : "");
+    return text;
+}
+
 std::string rows_html(const BenchTable& table) {
     const std::vector<std::string> columns = columns_of(table);
     std::string page = "<div class=\"scroll\"><table><tr>";
-    for (const std::string& column : columns) page += fmt::format("<th>{}</th>", escape_html(column));
+    for (const std::string& column : columns) page += fmt::format("<th class=\"wrap\">{}</th>", breakable(escape_html(column)));
     page += "</tr>\n";
     for (const BenchRow& row : table.rows) {
         page += "<tr>";
@@ -159,7 +195,7 @@ std::string headlines_html(std::span<const MeasuredBench> measured) {
 
 std::string bench_page(const Bench& bench, const BenchTable& table) {
     return page_head("bench " + std::string(bench.name), std::string(bench.what)) + plots_html(table) + "<h2>Figures</h2>\n" +
-           rows_html(table) + page_foot(fmt::format("trocar bench {}{} --page FILE", bench.name, table.quick ? " --quick" : ""));
+           rows_html(table) + page_foot(command_of(bench.name, table) + " --page FILE", scenes_html(table));
 }
 
 std::string all_benches_page(std::span<const MeasuredBench> measured) {
@@ -169,10 +205,12 @@ std::string all_benches_page(std::span<const MeasuredBench> measured) {
                   std::string("The papers' and the peers' tables, measured on this machine, with theirs beside ours.") +
                       (quick ? " A quick run: a small part of each, on smaller models, without factors against the papers." : "")) +
         headlines_html(measured);
+    std::string scenes;
+    for (const MeasuredBench& one : measured) scenes += scenes_html(one.table);
     for (const MeasuredBench& one : measured)
         page += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escape_html(one.bench->name), escape_html(one.bench->what)) +
                 plots_html(one.table) + rows_html(one.table);
-    return page + page_foot("trocar bench all --page FILE");
+    return page + page_foot(std::string("trocar bench all") + (quick ? " --quick" : "") + " --page FILE", scenes);
 }
 
 std::optional<std::filesystem::path> find_peer(std::string_view name) {

@@ -18,7 +18,10 @@ namespace trocar::engine {
 /// The machine, as in every JSON file of a bench: cpu, cores, instruction sets, compiler, build type.
 [[nodiscard]] nlohmann::ordered_json machine_json();
 
-/// {"bench", "machine", "quick", "rows", "notes"}
+/// "trocar bench NAME" with the options that decide what is measured.
+[[nodiscard]] std::string bench_command(std::string_view name, const BenchOptions& options);
+
+/// {"bench", "version", "commit", "machine", "command", "scenes", "quick", "rows", "notes"}
 [[nodiscard]] nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table);
 
 /// A table that bench_json wrote, without its plots.

@@ -111,6 +111,7 @@ Result<BenchTable> bench_deadline(const BenchOptions& options) {
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
     if (!prepared.ok()) return prepared.error();
     BenchTable table;
+    note_scene(table, *scene, prepared->model);
     const std::uint64_t steps = options.quick ? 20 : prepared->model.step_count;
     for (const double budget_ms : kBudgetsMs) {
         options.progress(fmt::format("{} steps under {} ms", steps, budget_ms));

@@ -23,6 +23,7 @@ Result<BenchTable> bench_effects(const BenchOptions& options) {
         if (!scene.ok()) return scene.error();
         const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
         if (!prepared.ok()) return prepared.error();
+        note_scene(table, *scene, prepared->model);
         const std::uint64_t steps = std::min(options.quick ? kQuickSteps : kSteps, prepared->model.step_count);
         const auto costs =
             measure_effects(prepared->model, steps, [&](const std::string& what) { options.progress(scene->name + " " + what); });

@@ -238,6 +238,7 @@ Result<void> add_frames(const BenchOptions& options, BenchTable& table) {
     options.progress("whole steps of " + scene->name);
     const auto prepared = make_prepared_scene(*scene);
     if (!prepared.ok()) return prepared.error();
+    note_scene(table, *scene, prepared->model);
     for (const char* name : kFrameBudgets) {
         Simulator simulator(prepared->model, parse_budget(name)->limits);
         std::vector<double> whole, charged;

@@ -2,12 +2,15 @@
 #include "bench/tables.hpp"
 #include "engine/experiments/cost_run.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/scene/settings.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <limits>
 
 namespace trocar::engine {
 
@@ -16,8 +19,7 @@ namespace {
 constexpr std::uint64_t kSteps = 80, kQuickSteps = 8;
 constexpr const char* kBudgets[] = {"work:0", "0.5ms", "1ms", "2ms", "4ms", "8ms", "exact"};
 constexpr const char* kQuickBudgets[] = {"work:0", "2ms", "exact"};
-/// Least that a logarithmic axis shows: mm, ms.
-constexpr double kNothing = 1e-6;
+constexpr double kNoTime = 1e-6; // ms: the least that a logarithmic axis shows
 
 BenchRow row_of(const std::string& scene, const CostRow& row, double exact_ms) {
     return {{"scene", scene},
@@ -38,15 +40,22 @@ BenchRow row_of(const std::string& scene, const CostRow& row, double exact_ms) {
             {"failure", row.failure}};
 }
 
-/// Error of the run over what its step was charged, a line a scene.
+/// Error of the run over what its step was charged, a line a scene. Where no run has an error, none.
 void sketch_frontiers(BenchTable& table) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const BenchRow& row : table.rows)
+        if (const double error = row["run_rms_mm"].get<double>(); error > 0.0) least = std::min(least, error);
+    if (!std::isfinite(least)) return;
+    const double zero = zero_on_logarithmic_axis(least);
     Sketch sketch;
     sketch.plot = {"price", "What accuracy costs",
                    "Root mean square distance of the surfaces from the exact run's, each run by itself, over the median of what a step was "
-                   "charged. Nothing stands at 10^-6. The leftmost point of a line is what is charged under a budget of nothing: the floor.",
+                   "charged. What equals the exact run to the last bit stands at the tick 0. The leftmost point of a line is what is charged under a budget of nothing: the floor.",
                    {}};
-    sketch.commands = "set logscale xy\nset format '10^{%L}'\nset xlabel 'charged for contact [ms a step]'\nset ylabel 'distance from the "
-                      "exact run [mm]'\nset key outside right\nplot ";
+    sketch.commands = fmt::format("set logscale xy\nset format '10^{{%L}}'\nset xlabel 'charged for contact [ms a step]'\nset ylabel 'distance from the "
+                                  "exact run [mm]'\nset ytics add ('0' {:.6g})\nset offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\nset key outside "
+                                  "right\nplot ",
+                                  zero);
     std::vector<std::string> scenes;
     for (const BenchRow& row : table.rows)
         if (std::find(scenes.begin(), scenes.end(), row["scene"]) == scenes.end()) scenes.push_back(row["scene"]);
@@ -54,9 +63,9 @@ void sketch_frontiers(BenchTable& table) {
         std::string text;
         for (const BenchRow& row : table.rows)
             if (row["scene"] == scene)
-                fmt::format_to(std::back_inserter(text), "{:.6g}\t{:.6g}\n", std::max(row["charged_ms_p50"].get<double>(), kNothing),
-                               std::max(row["run_rms_mm"].get<double>(), kNothing));
-        table.plot_data.push_back({scene + ".tsv", text});
+                fmt::format_to(std::back_inserter(text), "{:.6g}\t{:.6g}\n", std::max(row["charged_ms_p50"].get<double>(), kNoTime),
+                               std::max(row["run_rms_mm"].get<double>(), zero));
+        table.plot_data.push_back({scene + ".tsv", text, "charged_ms,error_mm_or_place_of_zero"});
         sketch.commands += fmt::format("'{}.tsv' using 1:2 with linespoints pt 7 title {}, ", scene, quote_for_gnuplot(scene));
     }
     table.sketches.push_back(std::move(sketch));
@@ -75,6 +84,7 @@ Result<BenchTable> bench_price(const BenchOptions& options) {
         if (!scene.ok()) return scene.error();
         const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
         if (!prepared.ok()) return prepared.error();
+        note_scene(table, *scene, prepared->model);
         CostOptions cost;
         for (const char* budget : options.quick ? std::span<const char* const>(kQuickBudgets) : std::span<const char* const>(kBudgets))
             cost.budgets.push_back({budget, parse_budget(budget)->limits});

@@ -2,11 +2,14 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/prepare/model.hpp"
 #include "engine/report/gnuplot.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -31,13 +34,24 @@ struct BenchOptions {
 /// measured here (a paper's, a peer's that is not installed) says so in its own key or is null.
 using BenchRow = nlohmann::ordered_json;
 
+/// A scene that a table ran.
+struct BenchScene {
+    std::string file;
+    std::uint64_t model_hash = 0; // hash_model, as it was prepared
+};
+
 struct BenchTable {
     bool quick = false; // a small part: smaller models, fewer steps than the papers'
     std::vector<BenchRow> rows;
     std::vector<std::string> notes; // what was left out and why; printed under the table
     std::vector<Sketch> sketches;   // plots of the page
     std::vector<PlotData> plot_data;
+    std::vector<BenchScene> scenes; // read from files; none: the table makes its own
+    std::string command;            // that measures it anew; empty: by its name alone
 };
+
+/// A scene that the table ran, for its page and its JSON.
+void note_scene(BenchTable& table, const Scene& scene, const SceneModel& model);
 
 struct Bench {
     std::string_view name;

@@ -70,6 +70,7 @@ int run_all(const BenchRequest& request, ProgressLine& progress) {
             continue;
         }
         table->quick = options.quick;
+        table->command = bench_command(bench.name, options);
         json.push_back(bench_json(bench.name, *table));
         measured.push_back({&bench, std::move(*table)});
     }
@@ -113,6 +114,7 @@ int run_bench(BenchRequest& request) {
     progress.clear();
     if (!table.ok()) return report_error(table.error());
     table->quick = request.options.quick;
+    table->command = bench_command(bench->name, request.options);
     fmt::print("{}", bench_text(*table));
     WrittenOutputs outputs;
     outputs.note(write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }));

@@ -144,12 +144,9 @@ std::string cost_page(const Scene& scene, CostTable& table, std::span<const Cost
         page += "</div>\n";
     }
     page += "<h2>Over budgets and time</h2>\n" + plots + pictures_html(pictures) + how_measured(scene, table);
-    const Machine machine = describe_machine();
-    page +=
-        fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<footer>{}. {}, {} cores, {}. The numbers of this page are in cost.csv and "
-                    "cost.json.</footer>\n</main></body></html>\n",
-                    escape_html(cost_command_text(scene, table)), escape_html(build_text()), escape_html(machine.processor), machine.cores,
-                    escape_html(machine.compiler));
+    page += fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<dl><dt>Scene</dt><dd>{}</dd><dt>Scene's hash</dt><dd><code>{:016x}</code>, as it was "
+                        "prepared</dd>{}</dl>\n<footer>The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",
+                        escape_html(cost_command_text(scene, table)), escape_html(project_path(scene.file)), table.model_hash, facts_html(describe_machine()));
     return page;
 }
 

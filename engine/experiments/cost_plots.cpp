@@ -59,12 +59,12 @@ struct ErrorPlot {
 
 double true_error(const CostRow& row, const ErrorPlot& plot) { return 1e3 * (row.*plot.error).rms(); }
 
-/// mm; where an error of nothing is drawn on a logarithmic axis, a decade below the smallest error: the tick there says 0.
+/// mm; see zero_on_logarithmic_axis.
 double place_of_zero(const CostTable& table, const ErrorPlot& plot) {
     double least = std::numeric_limits<double>::infinity();
     for (const CostRow& row : table.rows)
         if (const double error = true_error(row, plot); error > 0.0) least = std::min(least, error);
-    return std::isfinite(least) ? 0.1 * least : 1.0;
+    return zero_on_logarithmic_axis(least);
 }
 
 double error_of(const CostTable& table, const CostRow& row, const ErrorPlot& plot) {
@@ -201,6 +201,11 @@ bool any_change(const CostTable& table, const Of& of) {
     return false;
 }
 
+/// All alike is no plot: the table says it.
+bool any_contact_differs(const CostTable& table) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return row.contacts.missed + row.contacts.spurious > 0; });
+}
+
 } // namespace
 
 std::string cost_plots(const Scene& scene, CostTable& table) {
@@ -208,7 +213,7 @@ std::string cost_plots(const Scene& scene, CostTable& table) {
     std::vector<Sketch> sketches;
     for (const ErrorPlot& plot : kErrorPlots)
         if (any_error(table, plot)) sketches.push_back(sketch_error(table, scene, plot));
-    if (table.touched()) sketches.insert(sketches.begin() + (sketches.empty() ? 0 : 1), sketch_contacts(table.rows.size()));
+    if (any_contact_differs(table)) sketches.insert(sketches.begin() + (sketches.empty() ? 0 : 1), sketch_contacts(table.rows.size()));
     if (any_change(table, [](const CostPoint& p) { return p.level; }))
         sketches.push_back(sketch_over_time(table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}}, 2, "level of the trees", false));
     if (any_change(table, [](const CostPoint& p) { return p.pairs_open; }))

@@ -4,6 +4,7 @@
 #include "engine/experiments/cost_exact.hpp"
 #include "engine/experiments/cost_parts.hpp"
 #include "engine/report/statistics.hpp"
+#include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
 
@@ -182,6 +183,7 @@ Result<void> measure_exact_run(const PreparedScene& prepared, const CostOptions&
 Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& cost, const CostOptions& options) {
     const SceneModel& model = prepared.model;
     CostTable table;
+    table.model_hash = hash_model(model);
     table.rows = list_rows(options);
     const ExactRun exact = find_exact_run(model, options, table.notices);
     table.steps = exact.steps;

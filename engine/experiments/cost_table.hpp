@@ -86,6 +86,7 @@ struct CostOptions {
 
 struct CostTable {
     std::vector<CostRow> rows;         // as the budgets; then, for every variant, again
+    std::uint64_t model_hash = 0;      // hash_model of the scene, as it was prepared
     std::uint64_t steps = 0;           // of the exact run
     std::uint64_t compared_states = 0; // at which surfaces were compared
     double tolerance_m = 0.0;

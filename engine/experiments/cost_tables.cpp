@@ -113,6 +113,7 @@ Json machine_json() {
 
 const JsonKey<CostItem> kFileKeys[] = {
     TROCAR_FILE_KEY("scene", "", "The scene's file, relative to its project.", project_path(r.scene.file)),
+    TROCAR_FILE_KEY("model_hash", "", "Hash of the prepared scene, hexadecimal: another scene, mesh or preparation has another.", fmt::format("{:016x}", r.table.model_hash)),
     TROCAR_FILE_KEY("steps", "", "Steps of the exact run.", r.table.steps),
     TROCAR_FILE_KEY("interrupted", "", "true: ended by a request.", r.table.interrupted),
     TROCAR_FILE_KEY("tolerance_m", "m", "Within which solids count as touching.", r.table.tolerance_m),

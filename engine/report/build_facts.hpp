@@ -1,6 +1,8 @@
 // Which program wrote an output.
 #pragma once
 
+#include "engine/report/places.hpp"
+
 #include <string>
 
 namespace trocar::engine {
@@ -16,5 +18,8 @@ void name_commit(const std::string& commit);
 
 /// "trocar 1.0.0, commit 0123456789ab".
 [[nodiscard]] std::string build_text();
+
+/// Program, machine and compiler, as entries of a page's <dl>.
+[[nodiscard]] std::string facts_html(const Machine& machine);
 
 } // namespace trocar::engine

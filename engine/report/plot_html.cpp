@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -30,6 +31,10 @@ std::string in_script(std::string text) {
 }
 
 } // namespace
+
+double zero_on_logarithmic_axis(double least) noexcept {
+    return std::isfinite(least) && least > 0.0 ? std::pow(10.0, std::floor(std::log10(0.3 * least) - 0.5) + 0.5) : 1.0;
+}
 
 std::string plots_html(std::span<const Plot> plots) {
     std::string page = "<div class=\"plots\"><div class=\"grid\">\n", files_html;

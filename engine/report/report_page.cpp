@@ -250,7 +250,6 @@ void add_effects(const RunRecord& record, Page& page) {
 
 void add_repeat(const RunRecord& record, Page& page) {
     const BudgetSpec& budget = record.scene.budget;
-    const Machine& machine = record.machine;
     page.add("<h2>To repeat it</h2>\n<pre>{}</pre>\n",
              escape_html(repeat_command(record.scene, record.resumed_step + record.summary.steps)));
     page.add("<p class=\"soft\">{}</p>\n", budget.limits.mode == BudgetMode::Wall
@@ -263,9 +262,7 @@ void add_repeat(const RunRecord& record, Page& page) {
         escape_html(project_path(record.scene.file)), 1e3 * record.scene.time.step, record.statistics.substeps,
         escape_html(budget.to_string()), budget.scope == BudgetScope::Step ? "the whole step" : "collision detection",
         hash_model(record.prepared.model), record.summary.state_hash);
-    page.add("<dt>Program</dt><dd>{}</dd>", escape_html(build_text()));
-    page.add("<dt>Machine</dt><dd>{}, {} cores, {:.0f} GiB, {}</dd><dt>Compiler</dt><dd>{}</dd>", escape_html(machine.processor),
-             machine.cores, machine.memory_gib, escape_html(machine.system), escape_html(machine.compiler));
+    page.add("{}", facts_html(record.machine));
     if (!record.gl.empty()) page.add("<dt>Pictures by</dt><dd>{}</dd>", escape_html(record.gl));
     page.add("<dt>Preparation</dt><dd>{:.3g} s</dd><dt>Run</dt><dd>{:.4g} s</dd></dl>\n", record.prepared.seconds, record.summary.wall_s);
     page.add("<footer>Every step is in {}, the numbers of this page in {}.</footer>\n</main></body></html>\n", output_name::kSteps,

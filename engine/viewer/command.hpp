@@ -6,6 +6,7 @@
 #include "engine/scene/effect.hpp"
 #include "engine/time/step_budget.hpp"
 
+#include <array>
 #include <cstdint>
 #include <variant>
 
@@ -49,10 +50,27 @@ struct LetGo {};
 /// Contrast agent, as the scene's effect says, from now on.
 struct Inject {};
 struct Restart {};
-/// Asks for the hash of the state as it stands, for a recording that is taken away.
-struct Seal {};
+/// UTF-8, ended by a 0.
+inline constexpr std::size_t kLongestStateName = 48; // bytes
+using StateName = std::array<char, kLongestStateName + 1>;
+/// The state as it stands is kept under a name, in place of what has that name already.
+struct SaveState {
+    StateName name{};
+};
+/// Back to a state that was saved; to none where there is no such one.
+struct RestoreState {
+    std::uint32_t saved = 0; // SavedMark::id
+};
+struct ForgetState {
+    std::uint32_t saved = 0;
+};
+/// Asks for the recording and the hash of the state as it stands, or for a saved state, which are taken away.
+struct Seal {
+    std::uint32_t saved = 0; // 0: none
+};
 
-using Command = std::variant<Drive, DriveTo, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Inject, Restart, Seal>;
+using Command = std::variant<Drive, DriveTo, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Inject, Restart, SaveState,
+                             RestoreState, ForgetState, Seal>;
 
 inline constexpr double kSlowestPace = 0.05;
 /// s per step: the range of the budget that a person may set.

@@ -1,4 +1,4 @@
-// One HTTP request: the page, a recording, or the upgrade to a WebSocket. Then the connection is closed.
+// One HTTP request: the page, a recording, a saved state, or the upgrade to a WebSocket. Then the connection is closed.
 #include "engine/io/printable.hpp"
 #include "engine/viewer/client.hpp"
 
@@ -68,6 +68,7 @@ private:
             return answer(http::status::method_not_allowed, "text/plain", "expected GET\n");
         if (target.path == "/") return answer(http::status::ok, "text/html; charset=utf-8", hub_.page());
         if (target.path == "/recording.csv") return send_recording();
+        if (target.path == "/state.bin") return send_state(target.saved);
         if (target.path != "/ws") return answer(http::status::not_found, "text/plain", "there is no such page\n");
         if (!beast::websocket::is_upgrade(request)) return answer(http::status::upgrade_required, "text/plain", "expected a WebSocket\n");
         if (!hub_.has_free_place()) return answer(http::status::service_unavailable, "text/plain", "there are too many viewers\n");
@@ -76,8 +77,19 @@ private:
 
     void refuse(const char* why) { answer(http::status::forbidden, "text/plain", std::string(why) + "\n"); }
 
+    void send_state(std::uint32_t id) {
+        const bool asked = id != 0 && hub_.ask_for(Seal{id}, [self = shared_from_this()](const Sealed& sealed) {
+            if (!sealed.saved) return self->answer(http::status::not_found, "text/plain", "there is no such saved state\n");
+            self->file_name_ = safe_file_name(fmt::format("{}-{}", self->hub_.scene().name, sealed.saved->mark.name.data())) + ".bin";
+            self->answer(http::status::ok, "application/octet-stream", self->hub_.checkpoint_of(*sealed.saved));
+        });
+        if (asked) return;
+        if (id == 0) return answer(http::status::not_found, "text/plain", "expected the number of a saved state\n");
+        answer(http::status::service_unavailable, "text/plain", "too much waits for the simulation; try again\n");
+    }
+
     void send_recording() {
-        const bool asked = hub_.ask_for_recording([self = shared_from_this()](const Sealed& sealed) {
+        const bool asked = hub_.ask_for(Seal{}, [self = shared_from_this()](const Sealed& sealed) {
             if (!sealed.recording) return self->answer(http::status::not_found, "text/plain", "the scene has no instrument to record\n");
             self->file_name_ = safe_file_name(self->hub_.scene().name) + ".csv";
             self->answer(http::status::ok, "text/csv", sealed.recording->text(self->hub_.scene(), sealed.steps, sealed.state_hash));

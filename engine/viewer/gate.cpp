@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <charconv>
 
 #include <sys/random.h>
 
@@ -17,6 +18,16 @@ Result<std::string> make_token() {
     return token;
 }
 
+namespace {
+
+std::uint32_t number_of(std::string_view text) noexcept {
+    std::uint32_t number = 0;
+    const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return wrong == std::errc{} && end == text.data() + text.size() ? number : 0;
+}
+
+} // namespace
+
 RequestTarget split_target(std::string_view target) {
     RequestTarget out;
     const std::size_t mark = target.find('?');
@@ -25,6 +36,7 @@ RequestTarget split_target(std::string_view target) {
     for (std::string_view rest = target.substr(mark + 1); !rest.empty();) {
         const std::string_view pair = rest.substr(0, rest.find('&'));
         if (pair.starts_with("token=")) out.token = std::string(pair.substr(6));
+        if (pair.starts_with("saved=")) out.saved = number_of(pair.substr(6));
         rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
     }
     return out;

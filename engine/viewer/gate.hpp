@@ -4,6 +4,7 @@
 
 #include "base/result.hpp"
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -12,9 +13,10 @@ namespace trocar::engine::viewer {
 /// 32 hexadecimal digits from the operating system's random source.
 [[nodiscard]] Result<std::string> make_token();
 
-/// "/path?token=x": both parts, the token empty where there is none.
+/// "/path?token=x&saved=3": its parts, empty where they are missing; 0 where what is asked for is no number.
 struct RequestTarget {
     std::string path, token;
+    std::uint32_t saved = 0; // SavedMark::id
 };
 [[nodiscard]] RequestTarget split_target(std::string_view target);
 

@@ -1,5 +1,8 @@
 #include "engine/viewer/hub.hpp"
 
+#include "engine/state/state_bytes.hpp"
+#include "engine/step/checkpoint.hpp"
+#include "engine/step/model_hash.hpp"
 #include "engine/time/clock.hpp"
 #include "engine/viewer/far_triangles.hpp"
 
@@ -28,7 +31,7 @@ constexpr std::size_t kMostWaiting = 16;
 } // namespace
 
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
-    : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange) {
+    : scene_(scene), model_(prepared.model), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange) {
     scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
     for (const EffectDescriptor* effect : registered_effects())
         if (!session.permits(*effect)) range_.missing.push_back(effect);
@@ -126,10 +129,16 @@ void Hub::answer_sealed() {
     }
 }
 
-bool Hub::ask_for_recording(OnSealed on_sealed) {
-    if (waiting_.size() >= kMostWaiting || !exchange_.commands.push(Seal{})) return false;
+bool Hub::ask_for(const Seal& what, OnSealed on_sealed) {
+    if (waiting_.size() >= kMostWaiting || !exchange_.commands.push(what)) return false;
     waiting_.emplace(++seals_asked_, std::move(on_sealed));
     return true;
+}
+
+std::string Hub::checkpoint_of(const Saved& saved) const {
+    Checkpoint checkpoint{hash_model(model_), model_.name, saved.status.budget, saved.mark.step, {}};
+    append_state(*saved.state, checkpoint.state);
+    return checkpoint_bytes(checkpoint);
 }
 
 void Hub::stop_drive() {

@@ -90,8 +90,10 @@ public:
     [[nodiscard]] std::string status_for(unsigned client, std::uint64_t& plot_cursor) const;
     [[nodiscard]] std::uint64_t plot_begin() const noexcept { return plot_.end(); }
 
-    /// Calls back with the recording as it stands; false: too much is waiting.
-    [[nodiscard]] bool ask_for_recording(OnSealed on_sealed);
+    /// Calls back with the recording as it stands, or with a saved state; false: too much is waiting.
+    [[nodiscard]] bool ask_for(const Seal& what, OnSealed on_sealed);
+    /// As a file that `trocar run --resume` goes on from (checkpoint.hpp).
+    [[nodiscard]] std::string checkpoint_of(const Saved& saved) const;
 
     /// Counts a connection for as long as it is kept.
     [[nodiscard]] std::shared_ptr<void> count_connection();
@@ -113,6 +115,7 @@ private:
     [[nodiscard]] bool drop_newcomer();
 
     const Scene& scene_;
+    const SceneModel& model_; // as prepared
     Exchange& exchange_;
     std::string page_;
     Gate gate_{"", 0, true};

@@ -68,24 +68,27 @@ public:
     }
 
 private:
-    /// Of several restarts only the last is made: no step lies between them, and one takes as long as dozens of steps.
+    /// Of several restarts only the last is made, unless a state is saved between them: one takes as long as dozens of steps.
     bool take_commands() {
         const std::size_t count = exchange_.commands.pop(commands_.data(), commands_.size());
         const auto waiting = std::span(commands_).first(count);
         const auto is_restart = [](const Command& command) { return std::holds_alternative<Restart>(command); };
         const auto restart = std::find_if(waiting.rbegin(), waiting.rend(), is_restart).base(); // after it
+        const bool keeps = std::any_of(waiting.begin(), waiting.end(), [](const Command& command) { return std::holds_alternative<SaveState>(command); });
         for (auto command = waiting.begin(); command != waiting.end(); ++command) {
             if (std::holds_alternative<Seal>(*command))
-                seal();
-            else if (!is_restart(*command) || command + 1 == restart)
+                seal(std::get<Seal>(*command));
+            else if (!is_restart(*command) || command + 1 == restart || keeps)
                 session_.apply(*command);
         }
         answer_due_ = answer_due_ || count > 0;
         return count > 0;
     }
 
-    void seal() {
+    void seal(const Seal& asked) {
         Sealed& sealed = exchange_.sealed.back();
+        sealed.saved.reset();
+        if (const Saved* saved = session_.find_saved(asked.saved)) sealed.saved = *saved;
         sealed.count = ++seals_;
         sealed.recording = session_.recording();
         sealed.steps = sealed.recording ? sealed.recording->steps() : 0;
@@ -119,7 +122,9 @@ private:
                               static_cast<float>(report.ms.budget),
                               std::isfinite(limit) ? static_cast<float>(limit) : 0.0f,
                               static_cast<std::int16_t>(report.level_reached),
-                              report.budget_kept};
+                              report.budget_kept,
+                              static_cast<float>(report.contact_force_n),
+                              static_cast<float>(report.insertion_m)};
         if (exchange_.viewers.load(std::memory_order_relaxed) > 0 && !exchange_.steps.push(point))
             exchange_.steps_not_shown.fetch_add(1, std::memory_order_relaxed);
     }

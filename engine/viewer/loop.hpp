@@ -21,11 +21,14 @@ struct PlotPoint {
     float limit_ms = 0.0f;   // 0: no limit in time
     std::int16_t level = 0;
     bool kept = true;
+    float force_n = 0.0f;     // on the wall
+    float insertion_m = 0.0f; // of the first instrument
 };
 
-/// A recording as it stood when it was requested.
+/// A recording as it stood when it was requested, or a saved state.
 struct Sealed {
     std::uint64_t count = 0; // answers so far
+    std::optional<Saved> saved; // none: not asked for, or there is no such one
     std::shared_ptr<const Recording> recording;
     std::size_t steps = 0;
     std::uint64_t state_hash = 0; // after so many steps

@@ -92,14 +92,21 @@ Json describe_injection(const Snapshot& snapshot) {
             {"in_vessels_mg", 1e6 * in_vessels}, {"washed_out_mg", 1e6 * washed_out}};
 }
 
+Json describe_saved(const SavedMarks& saved) {
+    Json list = Json::array();
+    for (const SavedMark& mark : saved.all())
+        list.push_back({{"id", mark.id}, {"name", std::string(mark.name.data())}, {"step", mark.step}, {"time_s", mark.time_s}});
+    return list;
+}
+
 Json describe_steps(const PlotHistory& plot, std::uint64_t& cursor) {
     Json steps = Json::array();
     std::uint64_t begin = std::max(cursor, plot.first());
     if (plot.end() - begin > PlotHistory::kInOneMessage) begin = plot.end() - PlotHistory::kInOneMessage;
-    const auto short_number = [](float ms) { return std::round(1e3 * static_cast<double>(ms)) / 1e3; };
+    const auto short_number = [](double number) { return std::round(1e3 * number) / 1e3; };
     for (std::uint64_t k = begin; k < plot.end(); ++k) {
         const PlotPoint& p = plot.at(k);
-        steps.push_back({p.step, short_number(p.total_ms), short_number(p.charged_ms), short_number(p.limit_ms), p.level, p.kept ? 1 : 0});
+        steps.push_back({p.step, short_number(p.total_ms), short_number(p.charged_ms), short_number(p.limit_ms), p.level, p.kept ? 1 : 0, short_number(p.force_n), short_number(1e3 * static_cast<double>(p.insertion_m))});
     }
     cursor = plot.end();
     return steps;
@@ -130,6 +137,7 @@ std::string scene_message(const Scene& scene, const PreparedScene& prepared, con
     message["budget"] = describe_budget(model.budget);
     message["budget_ms"] = {1e3 * kLeastBudget, 1e3 * kMostBudget};
     message["budget_work"] = {kLeastWork, kMostWork};
+    message["most_saved"] = kMostSaved;
     message["leaf_level"] = leaf_level(model);
     message["view"] = {{"front", point(kFrontView)}, {"antero_posterior", point(kAnteroPosteriorView)}, {"up", point(Camera().up)}};
     message["has_instrument"] = session.has_instrument();
@@ -157,6 +165,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                  {"paused", status.paused},
                  {"script", status.script},
                  {"grabbed", status.grabbed},
+                 {"stepped", status.stepped},
                  {"pace", snapshot.pace},
                  {"pace_wanted", status.pace},
                  {"drive", {status.drive.insertion, status.drive.rotation}},
@@ -198,6 +207,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"injection", describe_injection(snapshot)},
                     {"work_enough", snapshot.work_enough},
                     {"not_shown", not_shown}});
+    message["saved"] = describe_saved(status.saved);
     message["steps"] = describe_steps(plot, cursor);
     return dump(message);
 }

@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -156,6 +158,20 @@ Request read_carm(Members& members) {
     return set;
 }
 
+Request read_save(Members& members) {
+    SaveState save;
+    const std::string name = members.word("name");
+    if (name.empty() || name.size() > kLongestStateName || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+        members.complain(fmt::format("\"name\" is \"{}\"; expected 1 to {} bytes, and no control characters", shown(name), kLongestStateName));
+    else
+        std::copy(name.begin(), name.end(), save.name.begin());
+    return Command{save};
+}
+
+std::uint32_t read_saved(Members& members) {
+    return static_cast<std::uint32_t>(members.whole("saved", 1, std::numeric_limits<std::uint32_t>::max()));
+}
+
 using Reader = std::function<Request(Members&, const CommandRange&)>;
 
 const std::map<std::string, Reader, std::less<>>& readers() {
@@ -178,6 +194,9 @@ const std::map<std::string, Reader, std::less<>>& readers() {
              return Command{Inject{}};
          }},
         {"restart", [](Members&, const CommandRange&) -> Request { return Command{Restart{}}; }},
+        {"save", [](Members& m, const CommandRange&) -> Request { return read_save(m); }},
+        {"restore", [](Members& m, const CommandRange&) -> Request { return Command{RestoreState{read_saved(m)}}; }},
+        {"forget", [](Members& m, const CommandRange&) -> Request { return Command{ForgetState{read_saved(m)}}; }},
         {"spheres", [](Members& m, const CommandRange&) -> Request { return ShowSpheres{m.flag("on")}; }},
         {"xray", [](Members& m, const CommandRange&) -> Request { return ShowXray{m.flag("on")}; }},
         {"carm", [](Members& m, const CommandRange&) -> Request { return read_carm(m); }},

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -37,6 +38,16 @@ Recording::Recording(const Units& units, const DriveCommand& start, const Budget
     : time_unit_(units.time), length_unit_(units.length), angle_unit_(units.angle), limits_(limits), rows_(kCapacity + 1), count_(1) {
     rows_[0] = row_of(0.0, start);
     if (limits.mode == BudgetMode::Wall) spoil(Spoiler::WallBudget);
+}
+
+Recording::Recording(const Recording& run, const Mark& from)
+    : time_unit_(run.time_unit_), length_unit_(run.length_unit_), angle_unit_(run.angle_unit_), limits_(run.limits_), rows_(kCapacity + 1),
+      count_(from.steps + 1), spoilers_(from.spoilers), injection_(from.injection) {
+    std::copy_n(run.rows_.begin(), from.steps + 1, rows_.begin());
+}
+
+Recording::Mark Recording::mark() const noexcept {
+    return {steps(), spoilers_.load(std::memory_order_relaxed), injection_.load(std::memory_order_relaxed)};
 }
 
 DriveCommand Recording::position_of(const PathRow& row) const noexcept {

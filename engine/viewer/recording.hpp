@@ -23,7 +23,18 @@ public:
     /// Steps that fit: an hour of steps of 10 ms.
     static constexpr std::size_t kCapacity = 360'000;
 
+    /// How far a run has come: what a run that goes on from there shares with it.
+    struct Mark {
+        std::size_t steps = 0;
+        unsigned spoilers = 0;
+        double injection = -1.0;
+    };
+
     Recording(const Units& units, const DriveCommand& start, const BudgetLimits& limits);
+    /// Of a run that goes on from there.
+    Recording(const Recording& run, const Mark& from);
+
+    [[nodiscard]] Mark mark() const noexcept;
 
     /// The drive position at `time` [s], as near to `wanted` as the scene's units write it: what the script of a run
     /// that reads this recording says then. Full: `wanted` as it is, and the run is spoiled.

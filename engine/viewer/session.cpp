@@ -63,7 +63,7 @@ void Session::begin_run() {
     if (injection_) effects::set_injection_start(model_, injection_->start);
     simulator_.emplace(model_, status_.budget);
     if (equip_) equip_(*simulator_);
-    status_.grabbed = false;
+    status_.grabbed = status_.stepped = false;
     status_.drive = {};
     goal_.reset();
     single_steps_ = 0;
@@ -127,7 +127,16 @@ void Session::apply(const Command& command) {
                        status_.grabbed = false;
                    },
                    [&](const Inject&) { inject(); },
-                   [&](const Restart&) { begin_run(); }, [&](const Seal&) {}, // the loop's
+                   [&](const Restart&) { begin_run(); },
+                   [&](const SaveState& save_as) { save(save_as.name); },
+                   [&](const RestoreState& asked) {
+                       if (const Saved* saved = find_saved(asked.saved)) restore(*saved);
+                   },
+                   [&](const ForgetState& asked) {
+                       std::erase_if(saved_, [&](const Saved& saved) { return saved.mark.id == asked.saved; });
+                       list_saved();
+                   },
+                   [&](const Seal&) {}, // the loop's
                },
                command);
 }
@@ -142,6 +151,49 @@ void Session::inject() {
     if (scene_.positions.contains("effects[0]")) recording_->spoil(Spoiler::InjectedInList);
     injection.start = recording_->add_injection(now);
     effects::set_injection_start(model_, injection.start);
+}
+
+/// Not where the run has stopped: there the last step's drive command is recorded, and the step was not taken.
+void Session::save(const StateName& name) {
+    if (stopped()) return;
+    std::erase_if(saved_, [&](const Saved& saved) { return saved.mark.name == name; });
+    if (saved_.size() < kMostSaved) {
+        SavedState state = simulator_->save();
+        const SavedMark mark{++saves_, name, state->step, state->time};
+        saved_.push_back({mark, std::move(state), status_, inputs_.live, drive_position_, recording_, recording_ ? recording_->mark() : Recording::Mark{}});
+    }
+    list_saved();
+}
+
+void Session::list_saved() noexcept {
+    status_.saved.count = saved_.size();
+    for (std::size_t k = 0; k < saved_.size(); ++k) status_.saved.marks[k] = saved_[k].mark;
+}
+
+const Saved* Session::find_saved(std::uint32_t id) const noexcept {
+    const auto found = std::find_if(saved_.begin(), saved_.end(), [id](const Saved& saved) { return saved.mark.id == id; });
+    return found == saved_.end() ? nullptr : &*found;
+}
+
+/// Effects, budget, injection and script are those of then; pause, pace and who pulls are those of now. The recording is that of the run
+/// up to there, and goes on.
+void Session::restore(const Saved& saved) {
+    if (!simulator_->restore(*saved.state).ok()) return; // it is a state of this model
+    const SessionStatus now = status_;
+    status_ = saved.status;
+    status_.paused = now.paused;
+    status_.pace = now.pace;
+    status_.saved = now.saved;
+    status_.drive = {};
+    goal_.reset();
+    status_.grabbed = status_.stepped = false;
+    inputs_.live = saved.live;
+    inputs_.pull.reset();
+    drive_position_ = saved.drive_position;
+    if (status_.injection) effects::set_injection_start(model_, status_.injection->start);
+    if (saved.recording) recording_ = std::make_shared<Recording>(*saved.recording, saved.recorded);
+    single_steps_ = 0;
+    ++run_;
 }
 
 void Session::switch_effect(const EffectDescriptor& effect, bool on) {
@@ -194,6 +246,7 @@ const StepReport& Session::step() {
     if (has_instrument()) follow_drive_command();
     inputs_.budget = status_.budget;
     (void)simulator_->step(inputs_); // all of them were checked as they came
+    status_.stepped = true;
     const StepReport& report = simulator_->report();
     most_work_ = std::max(most_work_, report.work_units + (report.exact_ran ? refit_units(model_) : 0));
     if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);
@@ -207,7 +260,7 @@ std::uint64_t Session::work_enough() const noexcept {
 }
 
 double Session::assumed_error_m() const noexcept {
-    if (simulator_->report().exact_ran) return 0.0; // the exact answer stands in place of the spheres'
+    if (simulator_->report().exact_ran || !status_.stepped) return 0.0; // the exact answer stands in place of the spheres'
     double error = 0.0;
     for (const Contact& contact : simulator_->sphere_contacts()) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;

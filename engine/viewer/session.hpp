@@ -8,6 +8,7 @@
 #include "engine/step/simulator.hpp"
 #include "engine/viewer/command.hpp"
 #include "engine/viewer/recording.hpp"
+#include "engine/viewer/saved_states.hpp"
 
 #include <array>
 #include <functional>
@@ -21,11 +22,24 @@ struct SessionStatus {
     bool paused = false;
     bool script = false; // the scene's own script drives
     bool grabbed = false;
+    bool stepped = false; // the simulator's report is of a step: not of a state that a run began with, or went back to
     double pace = 1.0;
     Drive drive;
     BudgetLimits budget;
     std::array<bool, kMostEffects> effects{}; // as registered_effects(): on
     std::optional<effects::Injection> injection; // of this run, by the scene or by command; none: it has no contrast
+    SavedMarks saved;
+};
+
+/// A state that was saved, with what the simulation needs beside it to go on with the same bits.
+struct Saved {
+    SavedMark mark;
+    SavedState state;
+    SessionStatus status;
+    LiveEffects live;
+    DriveCommand drive_position;
+    std::shared_ptr<const Recording> recording; // of the run until then, and after it; null: no instrument
+    Recording::Mark recorded;
 };
 
 class Session {
@@ -34,7 +48,7 @@ public:
     /// equip            sees the simulator of every run before its first step, to give it what the scene alone does not
     Session(const Scene& scene, const PreparedScene& prepared, std::function<void(Simulator&)> equip = {});
 
-    /// Between two steps. Restart is the only command that allocates.
+    /// Between two steps. Restart, SaveState and RestoreState are the only commands that allocate.
     void apply(const Command& command);
     /// Is a step due: not paused, or asked for one by one?
     [[nodiscard]] bool wants_step() const noexcept { return (!status_.paused || single_steps_ > 0) && !stopped(); }
@@ -52,7 +66,9 @@ public:
     [[nodiscard]] std::uint64_t work_enough() const noexcept;
     /// Restart begins another one; readers of the last one keep it alive.
     [[nodiscard]] const std::shared_ptr<Recording>& recording() const noexcept { return recording_; }
-    [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts
+    [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts, and states gone back to
+    /// nullptr: there is no such one
+    [[nodiscard]] const Saved* find_saved(std::uint32_t id) const noexcept;
 
     /// The scene has this effect, so that it can be switched off and on.
     [[nodiscard]] bool permits(const EffectDescriptor& effect) const noexcept { return permitted_[index_of(effect)]; }
@@ -65,6 +81,9 @@ private:
     void follow_drive_command();
     [[nodiscard]] DriveCommand wanted_drive_command();
     void inject();
+    void save(const StateName& name);
+    void restore(const Saved& saved);
+    void list_saved() noexcept;
     void switch_effect(const EffectDescriptor& effect, bool on);
     void fade_effects();
 
@@ -82,6 +101,8 @@ private:
     DriveCommand drive_position_;         // drive position in the last step
     std::optional<DriveCommand> goal_;    // of DriveTo
     unsigned single_steps_ = 0;
+    std::vector<Saved> saved_; // the oldest first
+    std::uint32_t saves_ = 0;
     std::uint64_t run_ = 0;
     std::uint64_t most_work_ = 0; // of a step so far, all runs together
 };

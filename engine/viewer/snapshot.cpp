@@ -62,7 +62,7 @@ SphereKind kind_of_group(const spheretree::ChainTree& chain, Index sphere, std::
 void list_spheres(const Session& session, Snapshot& snapshot) {
     const SceneModel& model = session.model();
     const Simulator& simulator = session.simulator();
-    if (!session.permits(effects::coarse_contact) || !session.status().effects[index_of(effects::coarse_contact)] || simulator.report().step == 0) return;
+    if (!session.permits(effects::coarse_contact) || !session.status().effects[index_of(effects::coarse_contact)] || !session.status().stepped) return;
     const int level = simulator.report().level_reached;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const spheretree::ChainTree& chain = model.instruments[i].chain;

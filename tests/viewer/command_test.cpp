@@ -43,6 +43,11 @@ TEST(ViewerMessages, AreUnderstood) {
     EXPECT_EQ(read<Pace>(R"({"type":"pace","factor":0.25})").factor, 0.25);
     EXPECT_EQ(read<SwitchEffect>(R"({"type":"effect","name":"breathing","on":false})").effect, &effects::breathing);
     EXPECT_EQ(read<Grab>(R"({"type":"grab","body":0,"vertex":99,"target":[0.1,-0.2,0.3]})").target, Vec3(0.1, -0.2, 0.3));
+    EXPECT_STREQ(read<SaveState>(R"({"type":"save","name":"before the branch"})").name.data(), "before the branch");
+    EXPECT_STREQ(read<SaveState>(fmt::format(R"({{"type":"save","name":"{}"}})", std::string(kLongestStateName, 'x'))).name.data(),
+                 std::string(kLongestStateName, 'x').c_str());
+    EXPECT_EQ(read<RestoreState>(R"({"type":"restore","saved":3})").saved, 3u);
+    EXPECT_EQ(read<ForgetState>(R"({"type":"forget","saved":3})").saved, 3u);
     for (const char* plain : {"step", "let_go", "restart"})
         EXPECT_TRUE(read_request(fmt::format(R"({{"type":"{}"}})", plain), kRange).ok()) << plain;
 }
@@ -83,6 +88,11 @@ INSTANTIATE_TEST_SUITE_P(
                       Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":1,"at_tip":false,"pixels":1000000000,"display":"log"})", "from 64 to 1024"},
                       Refused{R"({"type":"carm","primary":0,"secondary":0,"zoom":1,"at_tip":false,"pixels":512,"display":"linear"})", "log, subtraction or roadmap"},
                       Refused{R"({"type":"carm","primary":0,"secondary":0})", "\"zoom\" is missing"},
+                      Refused{R"({"type":"save"})", "\"name\" is missing"}, Refused{R"({"type":"save","name":""})", "1 to 48 bytes"},
+                      Refused{R"({"type":"save","name":"1234567890123456789012345678901234567890123456789"})", "1 to 48 bytes"},
+                      Refused{R"({"type":"save","name":"two\nlines"})", "no control characters"},
+                      Refused{R"({"type":"save","name":3})", "expected a text"}, Refused{R"({"type":"restore"})", "\"saved\" is missing"},
+                      Refused{R"({"type":"restore","saved":0})", "from 1 to"}, Refused{R"({"type":"forget","saved":-1})", "from 1 to"},
                       Refused{R"({"type":"grab","body":2,"vertex":0,"target":[0,0,0]})", "from 0 to 1"},
                       Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
                       Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},

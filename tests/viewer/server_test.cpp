@@ -2,6 +2,7 @@
 #include "live.hpp"
 
 #include "engine/report/picture_scene.hpp"
+#include "engine/step/checkpoint.hpp"
 #include "engine/time/clock.hpp"
 #include "engine/viewer/gate.hpp"
 #include "engine/viewer/hub.hpp"
@@ -84,6 +85,7 @@ TEST(ViewerServer, SendsSceneModelFramesAndStatus) {
     EXPECT_EQ(scene["parts"].size(), 2u);
     EXPECT_EQ(scene["parts"][1]["kind"], "instrument");
     const Json first = viewer.await_type("status");
+    for (const Json& point : first["steps"]) EXPECT_EQ(point.size(), 8u); // with force and insertion
     EXPECT_GE(viewer.binary_messages, 3u); // two models and a frame
     EXPECT_EQ(first["driver"], first["you"]);
     const Json later = viewer.await_status([&](const Json& status) { return status["step"] > first["step"]; });
@@ -269,6 +271,38 @@ TEST(ViewerServer, GivesTheRecordingAway) {
     ASSERT_TRUE(rows.ok()) << rows.error().to_string();
     EXPECT_EQ(rows->size(), paused["step"].get<std::size_t>() + 1);
     EXPECT_NEAR(rows->back().insertion, 1e3 * paused["insertion_m"].get<double>(), 1e-6);
+}
+
+TEST(ViewerServer, AStateIsSavedGoneBackToAndTakenAwayAsACheckpoint) {
+    const Live live;
+    const std::string token = live.server->token();
+    Viewer driver(live);
+    EXPECT_EQ(driver.await_type("scene")["most_saved"], kMostSaved);
+    driver.send(R"({"type":"drive","insertion":1,"rotation":0})");
+    (void)driver.await_status([](const Json& status) { return status["insertion_m"] > 0.022; });
+    driver.send(R"({"type":"save","name":"here"})");
+    const Json kept = driver.await_status([](const Json& status) { return status["saved"].size() == 1; })["saved"][0];
+    EXPECT_EQ(kept["name"], "here");
+    driver.send(R"({"type":"pause","on":true})");
+    (void)driver.await_status([&](const Json& status) { return status["paused"] == true && status["step"] >= kept["step"]; });
+    driver.send(R"({"type":"restore","saved":1})");
+    const Json back = driver.await_status([](const Json& status) { return status["stepped"] == false; });
+    EXPECT_EQ(back["step"], kept["step"]);
+    EXPECT_EQ(back["time_s"], kept["time_s"]);
+    const Answer file = get(live, "/state.bin?token=" + token + "&saved=1");
+    ASSERT_EQ(file.status, 200u);
+    EXPECT_THAT(std::string(file.response[http::field::content_disposition]), HasSubstr("bent-tube-here.bin"));
+    const auto checkpoint = parse_checkpoint(file.body, "state.bin");
+    ASSERT_TRUE(checkpoint.ok()) << checkpoint.error().to_string();
+    EXPECT_EQ(checkpoint->step, kept["step"].get<std::uint64_t>());
+    Simulator simulator(live.prepared.model);
+    ASSERT_TRUE(resume(simulator, *checkpoint, "state.bin").ok());
+    EXPECT_NEAR(simulator.report().insertion_m, back["insertion_m"].get<double>(), 1e-12);
+    for (const char* none : {"", "&saved=2", "&saved=0", "&saved=one", "&saved=-1", "&saved=99999999999"})
+        EXPECT_EQ(get(live, "/state.bin?token=" + token + none).status, 404u) << none;
+    EXPECT_EQ(get(live, "/state.bin?saved=1").status, 403u);
+    driver.send(R"({"type":"forget","saved":1})");
+    EXPECT_FALSE(driver.await_status([](const Json& status) { return status["saved"].empty(); }).is_null());
 }
 
 /// The same run, command by command, with any number of viewers that come and go.

@@ -332,6 +332,89 @@ TEST(ViewerSession, RestartedAndDrivenAgainComesToTheSameState) {
     EXPECT_EQ(drive(), first);
 }
 
+StateName named(std::string_view text) {
+    StateName name{};
+    std::copy(text.begin(), text.end(), name.begin());
+    return name;
+}
+
+void drive_on(Session& session, int from, int to) {
+    for (int k = from; k < to; ++k) {
+        session.apply(drive_at(k));
+        ASSERT_TRUE(session.step().finite);
+    }
+}
+
+std::uint64_t hash_of(Session& session) { return hash_state(session.simulator().state()); }
+
+TEST(ViewerSession, GoesOnFromASavedStateWithTheSameBits) {
+    for (const std::string& text : {test::bent_tube_scene(bent("work:20000")), test::bent_tube_scene(bent("work:50000", test::kOrgan))}) {
+        const Loaded loaded = load(text);
+        Session session(loaded.scene, loaded.prepared);
+        drive_on(session, 0, 60);
+        session.apply(SaveState{named("in the bend")});
+        const std::uint64_t there = hash_of(session);
+        ASSERT_EQ(session.status().saved.count, 1u);
+        const SavedMark mark = session.status().saved.marks[0];
+        EXPECT_STREQ(mark.name.data(), "in the bend");
+        EXPECT_EQ(mark.step, 60u);
+        drive_on(session, 60, 150);
+        const std::uint64_t end = hash_of(session);
+        for (int round = 0; round < 2; ++round) { // what happens in between leaves no trace
+            session.apply(SetBudget{{BudgetMode::Work, 0, 100}});
+            session.apply(SwitchEffect{&effects::coarse_contact, false});
+            if (round == 1) session.apply(Restart{});
+            drive_on(session, 0, 30);
+            session.apply(RestoreState{mark.id});
+            EXPECT_EQ(hash_of(session), there);
+            EXPECT_FALSE(session.status().stepped);
+            EXPECT_TRUE(session.status().effects[index_of(effects::coarse_contact)]);
+            drive_on(session, 60, 150);
+            EXPECT_EQ(hash_of(session), end) << loaded.scene.name << ", round " << round;
+        }
+    }
+}
+
+TEST(ViewerSession, ARecordingThatGoesOnFromASavedStateRepeats) {
+    const Loaded loaded = load(kOddUnits);
+    Session session(loaded.scene, loaded.prepared);
+    drive_on(session, 0, 40);
+    session.apply(SaveState{named("a")});
+    drive_on(session, 40, 70);
+    session.apply(SetBudget{{BudgetMode::Work, 0, 100}});
+    EXPECT_FALSE(session.recording()->repeatable());
+    session.apply(RestoreState{session.status().saved.marks[0].id});
+    EXPECT_EQ(session.recording()->steps(), 40u);
+    EXPECT_TRUE(session.recording()->repeatable()); // the run up to there knew nothing of the change
+    session.apply(Drive{-1.0, 0.3});
+    for (int k = 0; k < 25; ++k) session.step();
+    const std::uint64_t hash = hash_of(session);
+    const std::string csv = session.recording()->text(loaded.scene, session.recording()->steps(), hash);
+    EXPECT_EQ(hash_of_run(kOddUnits, csv, session.recording()->limits(), session.recording()->steps()), hash);
+}
+
+TEST(ViewerSession, KeepsSeveralStatesUnderTheirNamesAndForgetsThem) {
+    const Loaded loaded = load(kOddUnits);
+    Session session(loaded.scene, loaded.prepared);
+    for (std::size_t k = 0; k < kMostSaved + 2; ++k) {
+        session.apply(SaveState{named(fmt::format("state {}", k))});
+        session.step();
+    }
+    ASSERT_EQ(session.status().saved.count, kMostSaved); // those after it are not kept
+    session.apply(SaveState{named("state 0")});          // in place of the first
+    ASSERT_EQ(session.status().saved.count, kMostSaved);
+    const auto marks = session.status().saved.all();
+    EXPECT_STREQ(marks.front().name.data(), "state 1");
+    EXPECT_STREQ(marks.back().name.data(), "state 0");
+    EXPECT_EQ(marks.back().step, kMostSaved + 2);
+    session.apply(RestoreState{12345}); // there is none
+    EXPECT_EQ(session.simulator().report().step, kMostSaved + 2);
+    session.apply(ForgetState{marks.back().id});
+    EXPECT_EQ(session.status().saved.count, kMostSaved - 1);
+    session.apply(Restart{}); // they stay
+    EXPECT_EQ(session.status().saved.count, kMostSaved - 1);
+}
+
 TEST(ViewerSession, ShowsSpheresOfTheLevelReached) {
     const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
     Session session(loaded.scene, loaded.prepared);

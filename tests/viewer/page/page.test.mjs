@@ -5,7 +5,7 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test as testOf } from "node:test";
-import { afresh, kPatience, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
+import { afresh, bluishWidths, kPatience, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
 
 const folder = mkdtempSync(join(tmpdir(), "trocar-page-"));
 const scene = join(process.env.TROCAR_SOURCE, "assets/scenes/u_bend.json");
@@ -411,6 +411,7 @@ test("on short and narrow screens nothing lies over what is pressed", async () =
         await page.setViewportSize({ width, height });
         if (xray !== await page.evaluate(() => window.trocar.xray.shown)) await page.keyboard.press("x");
         await until(page, "s.xray.shown === g", xray);
+        if (await page.evaluate(() => document.getElementById("panel").classList.contains("folded"))) await page.evaluate(() => document.getElementById("fold").click());
         const covered = await page.evaluate(() => [...document.querySelectorAll("#panel button, #pad, #pause")].filter((one) => one.offsetParent !== null || one.id === "pad").filter((one) => {
             one.scrollIntoView({ block: "nearest" }); // the panel scrolls: what its numbers' lengths push to its edge is reached all the same
             const box = one.getBoundingClientRect(), top = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
@@ -437,6 +438,163 @@ test("a scene without an instrument offers no drive controls and no recording", 
     noComplaints(page);
     await page.close();
     await other.stop();
+});
+
+/// The block of tissue, and a wall half a metre away from it.
+const farScene = join(folder, "far.json");
+writeFileSync(farScene, JSON.stringify((() => {
+    const far = JSON.parse(readFileSync(tissueScene, "utf8"));
+    far.bodies.wall = { kind: "static", surface: { shape: "box", centre: [500, 0, 0], extent: [60, 40, 60], cells: 4 } };
+    far.effects.push("coarse_contact");
+    return far;
+})()));
+
+test("where nothing was near nothing was tested, and nothing is green", async () => {
+    const other = await Served.start(farScene, ["--paused"]);
+    const page = await openPage(browser, other.url);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("n");
+    await until(page, "t.step === 1 && document.getElementById('level').textContent.includes('nothing near')");
+    assert.equal((await status(page)).pairs_tested, 0);
+    assert.notEqual(await page.getAttribute("#level", "class"), "good");
+    assert.equal(await page.evaluate(() => document.querySelectorAll("#levels .on").length), 0);
+    assert.ok(!(await page.isVisible("#histories"))); // no instrument: no plots of its force and insertion
+    await page.close();
+    await other.stop();
+});
+
+test("the scale bar is 1, 2 or 5 times a power of ten of millimetres, and follows the zoom", async () => {
+    await afresh(page);
+    await page.keyboard.press("v");
+    const read = async () => {
+        const mm = Number.parseFloat(await page.innerText("#scale span"));
+        const { width } = await page.locator("#scale i").boundingBox();
+        const perPixel = await page.evaluate(() => window.trocar.mmPerPixel);
+        assert.match(mm.toExponential(), /^[125]e/);
+        assert.ok(width > 30 && width < 140 && Math.abs(width * perPixel - mm) < 0.03 * mm, `${mm} mm, ${width} pixels of ${perPixel} mm`);
+        return mm;
+    };
+    const settled = () => until(page, "Math.abs(document.querySelector('#scale i').getBoundingClientRect().width * s.mmPerPixel / parseFloat(document.querySelector('#scale span').textContent) - 1) < 0.02");
+    await settled();
+    const whole = await read();
+    const far = await page.evaluate(() => window.trocar.mmPerPixel);
+    for (let k = 0; k < 25; ++k) await page.keyboard.press("u"); // nearer: 0.9 times each
+    await until(page, "s.mmPerPixel < 0.1 * g", far);
+    await settled();
+    assert.ok(await read() < 0.3 * whole);
+    await page.keyboard.press("v");
+});
+
+test("force and insertion are plotted over the same steps as the step time, with their units", async () => {
+    await afresh(page);
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > 0.03 && Math.abs(Number(document.getElementById('insertion-plot').dataset.last) - 1e3 * t.insertion_m) < 5");
+    await page.keyboard.up("w");
+    const headings = await page.innerText("#histories");
+    assert.match(headings, /Contact force \[N\]/);
+    assert.match(headings, /Insertion \[mm\]/);
+    await until(page, "document.getElementById('force-plot').dataset.last !== ''");
+    for (const id of ["force-plot", "insertion-plot"])
+        assert.ok(await page.evaluate((canvas) => {
+            const { width, height } = document.getElementById(canvas);
+            return document.getElementById(canvas).getContext("2d").getImageData(0, 0, width, height).data.some((value) => value > 0);
+        }, id), id);
+});
+
+test("states are saved under names, gone back to, taken away and forgotten", async () => {
+    await afresh(page);
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > 0.025");
+    await page.keyboard.up("w");
+    await page.keyboard.press("Space");
+    await until(page, "t.paused && t.drive[0] === 0");
+    const there = await status(page);
+    await page.fill("#state-name", "at the bend");
+    await page.keyboard.press("Enter");
+    await until(page, "t.saved.length === 1 && t.saved[0].name === 'at the bend' && document.querySelectorAll('#states li').length === 1");
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("Space");
+    await until(page, "!t.paused && t.step > g + 5", there.step);
+    await page.click("#state-save"); // without a name: the time
+    await until(page, "t.saved.length === 2 && /^[0-9.]+ s$/.test(t.saved[1].name) && document.querySelectorAll('#states li').length === 2");
+    await page.keyboard.press("Space");
+    await until(page, "t.paused");
+    await page.click("#states li >> nth=0 >> text=Restore");
+    await until(page, "t.step === g.step && t.time_s === g.time_s && t.insertion_m === g.insertion_m && t.run > g.run", there);
+    await until(page, "document.getElementById('level').textContent === '–'"); // of no step
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click("#states li >> nth=0 >> text=File")]);
+    assert.match(download.suggestedFilename(), /at_the_bend\.bin$/);
+    const file = join(folder, "state.bin"), out = join(folder, "resumed");
+    await download.saveAs(file);
+    execFileSync(process.env.TROCAR, ["run", scene, "-n", String(there.step + 3), "--resume", file, "--out", out, "--no-pictures", "--quiet"]);
+    assert.equal(JSON.parse(readFileSync(join(out, "summary.json"), "utf8")).steps, 3); // taken since the state
+    for (let left = 1; left >= 0; --left) {
+        await page.click("#states li >> nth=0 >> text=×");
+        await until(page, "t.saved.length === g && document.querySelectorAll('#states li').length === g", left);
+    }
+    await page.keyboard.press("Space");
+    noComplaints(page);
+});
+
+/// As thin as a guide wire's tip in a vessel: without help less than a pixel in the whole view.
+const thinScene = join(folder, "thin.json");
+writeFileSync(thinScene, readFileSync(contrastScene, "utf8").replace('"radius":0.5', '"radius":0.1').replace('"inserted":20', '"inserted":80'));
+
+test("in the whole view the instrument is at least two pixels wide", async () => {
+    const other = await Served.start(thinScene, ["--paused"]);
+    const page = await openPage(browser, `${other.url}&pixels=1`);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("v");
+    await until(page, "s.pictures > 3");
+    assert.ok(await page.evaluate(() => 0.2 / window.trocar.mmPerPixel) < 2, "its own width is less than two pixels");
+    const widths = await bluishWidths(browser, page, { x: 280, y: 60, width: 340, height: 480 });
+    assert.ok(widths.length > 50, `${widths.length} rows show it`);
+    assert.ok(widths.sort((a, b) => a - b)[Math.floor(0.05 * widths.length)] >= 2, `${widths}`);
+    await page.close();
+    assert.equal(await other.stop(), 0);
+});
+
+test("a recording under a work budget that is too small says so", async () => {
+    await afresh(page);
+    await page.click("[data-mode=work]");
+    await until(page, "t.budget.mode === 'work'");
+    await page.focus("#budget");
+    await page.keyboard.press("Home");
+    await until(page, "t.budget.units === 10");
+    await page.click("#record");
+    await until(page, "said.some((text) => /Recording from the start, under 10 tests a step: too few for exact contacts/.test(text))");
+    await page.focus("#budget");
+    await page.keyboard.press("End");
+    await until(page, "t.budget.units > 1e6");
+    await page.click("[data-mode=wall]");
+    await until(page, "t.budget.mode === 'wall'");
+});
+
+test("on a telephone the panel is folded until it is wanted, and the toolbar scrolls to its end", async () => {
+    const narrow = await openPage(browser, served.url, { viewport: { width: 390, height: 780 } });
+    await narrow.keyboard.press("Escape");
+    const folded = await narrow.locator("#panel").boundingBox();
+    assert.ok(folded.height < 60, `${folded.height}`);
+    assert.ok(!(await narrow.isVisible("#budget")));
+    assert.equal(await narrow.getAttribute("#fold", "aria-expanded"), "false");
+    await narrow.click("#fold");
+    await narrow.waitForFunction(() => document.getElementById("panel").getBoundingClientRect().height > 150);
+    assert.ok(await narrow.isVisible("#budget"));
+    await narrow.click("#fold");
+    assert.ok(!(await narrow.isVisible("#budget")));
+    const reached = await narrow.evaluate(() => {
+        const bar = document.getElementById("bar"), last = document.getElementById("help");
+        const scrolls = bar.scrollWidth > bar.clientWidth && bar.scrollHeight <= bar.clientHeight + 1;
+        last.scrollIntoView({ inline: "end", block: "nearest" });
+        const box = last.getBoundingClientRect();
+        return scrolls && last.contains(document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2));
+    });
+    assert.ok(reached);
+    const apart = await narrow.evaluate(() => ["title", "hand", "panel", "bar", "scale"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
+    for (const [k, a] of apart.entries()) for (const b of apart.slice(k + 1))
+        assert.ok(a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top, JSON.stringify([a, b]));
+    noComplaints(narrow);
+    await narrow.close();
 });
 
 test("a program that was started anew is told from one that is not there", async () => {

@@ -98,11 +98,11 @@ export async function until(page, expression, given) {
 }
 export const status = (page) => page.evaluate(() => window.trocar.status);
 
-/// Mean brightness and share of reddish pixels, 0..1, of a part of the page.
-export async function look(browser, page, clip) {
+/// The pixels of a part of the page, four numbers each.
+async function pixelsOf(browser, page, clip, read) {
     const png = (await page.screenshot({ clip, timeout: kPatience })).toString("base64");
     const blank = await browser.newPage();
-    const seen = await blank.evaluate(async (data) => {
+    const seen = await blank.evaluate(async ([data, text]) => {
         const image = new Image();
         image.src = `data:image/png;base64,${data}`;
         await image.decode();
@@ -110,19 +110,32 @@ export async function look(browser, page, clip) {
         [canvas.width, canvas.height] = [image.width, image.height];
         const pen = canvas.getContext("2d");
         pen.drawImage(image, 0, 0);
-        const pixels = pen.getImageData(0, 0, canvas.width, canvas.height).data;
-        let sum = 0, red = 0, bluish = 0;
-        for (let k = 0; k < pixels.length; k += 4) {
-            sum += (pixels[k] + pixels[k + 1] + pixels[k + 2]) / 765;
-            red += pixels[k] > 90 && pixels[k] > 1.5 * pixels[k + 2] ? 1 : 0;
-            bluish += pixels[k + 2] > 150 && pixels[k + 2] > 1.25 * pixels[k] ? 1 : 0;
-        }
-        const count = pixels.length / 4;
-        return { brightness: sum / count, red: red / count, bluish: bluish / count };
-    }, png);
+        return new Function("pixels", "width", text)(pen.getImageData(0, 0, canvas.width, canvas.height).data, canvas.width);
+    }, [png, read]);
     await blank.close();
     return seen;
 }
+
+/// Of every row that has any: how many of its pixels are bluish.
+export const bluishWidths = (browser, page, clip) => pixelsOf(browser, page, clip, `
+    const widths = [];
+    for (let begin = 0; begin < pixels.length; begin += 4 * width) {
+        let count = 0;
+        for (let k = begin; k < begin + 4 * width; k += 4) count += pixels[k + 2] > 150 && pixels[k + 2] > 1.25 * pixels[k] ? 1 : 0;
+        if (count > 0) widths.push(count);
+    }
+    return widths;`);
+
+/// Mean brightness, and shares of reddish and bluish pixels, 0..1, of a part of the page.
+export const look = (browser, page, clip) => pixelsOf(browser, page, clip, `
+    let sum = 0, red = 0, bluish = 0;
+    for (let k = 0; k < pixels.length; k += 4) {
+        sum += (pixels[k] + pixels[k + 1] + pixels[k + 2]) / 765;
+        red += pixels[k] > 90 && pixels[k] > 1.5 * pixels[k + 2] ? 1 : 0;
+        bluish += pixels[k + 2] > 150 && pixels[k + 2] > 1.25 * pixels[k] ? 1 : 0;
+    }
+    const count = pixels.length / 4;
+    return { brightness: sum / count, red: red / count, bluish: bluish / count };`);
 
 export function noComplaints(page) {
     const real = page.complaints.filter((text) => !/GPU stall due to ReadPixels|GL Driver Message|Automatic fallback to software WebGL/.test(text));

@@ -1,12 +1,14 @@
 // Joins the parts: what comes from the server goes to the stage and the panel, user input goes to the server.
 import { Connection } from "./connection";
 import { Hand, hasItsOwn, isDriven } from "./hand";
+import { History } from "./history";
 import { Panel } from "./panel";
 import { Plot } from "./plot";
 import type { SceneMessage, Status, XrayPicture } from "./protocol";
 import { Orientation } from "./orientation";
 import { Puller } from "./puller";
 import { Stage } from "./stage";
+import { ScaleBar } from "./scale";
 import { XrayScreen } from "./xray";
 
 /// State for tests and for inspection in the console.
@@ -22,6 +24,7 @@ export interface Probe {
     triangles: number;   // of the last picture
     bytes: number;
     xray: { pictures: number; perSecond: number; latest: XrayPicture | undefined; shown: boolean }; // of the X-ray monitor
+    mmPerPixel: number;  // in the middle of the view
     looking: [number, number, number]; // unit vector from the eye into the scene
     drop(): void;
 }
@@ -40,6 +43,10 @@ class App {
     private readonly stage: Stage;
     private readonly hand: Hand;
     private readonly plot = new Plot(element<HTMLCanvasElement>("plot"));
+    private readonly histories = [
+        new History(element<HTMLCanvasElement>("force-plot"), (step) => step[6], "N", 3, "#fb923c"),
+        new History(element<HTMLCanvasElement>("insertion-plot"), (step) => step[7], "mm", 1, "#4ade80"),
+    ];
     private readonly panel: Panel;
     private readonly puller: Puller;
     private readonly xray: XrayScreen;
@@ -72,7 +79,11 @@ class App {
         });
         const send = (message: Record<string, unknown>) => this.send(message);
         const orientation = new Orientation((from) => (this.xray.shown ? this.xray.lookFrom(from) : this.stage.lookFrom(from)));
-        this.stage.onTurn = (axes) => orientation.update(axes);
+        const scale = new ScaleBar(element("scale"));
+        this.stage.onTurn = (axes, mmPerPixel) => {
+            orientation.update(axes);
+            scale.update(mmPerPixel);
+        };
         this.xray = new XrayScreen(send, (text) => this.panel.say("notice", text), (axes) => orientation.update(axes));
         this.panel = new Panel(this.stage, this.xray, this.plot, send, () => this.showHelp(), this.connection);
         this.puller = new Puller(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
@@ -83,7 +94,7 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, xray: this.xray, looking: this.stage.looking,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, xray: this.xray, mmPerPixel: 0, looking: this.stage.looking,
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -176,7 +187,7 @@ class App {
     private keepFocus(): void {
         addEventListener("click", (event) => {
             const { target, detail } = event;
-            if (detail > 0 && target instanceof Element && target.closest("button, a, label, input:not([type=range])") !== null) element("view").focus();
+            if (detail > 0 && target instanceof Element && target.closest("button, a, label, input:not([type=range], [type=text])") !== null) element("view").focus();
         });
         for (const slider of document.querySelectorAll("input[type=range]")) slider.addEventListener("pointerup", () => element("view").focus());
         addEventListener("keyup", (event) => {
@@ -223,6 +234,7 @@ class App {
         this.probe.triangles = this.stage.triangles;
         this.probe.bytes = this.connection.received;
         this.probe.looking = this.stage.looking;
+        this.probe.mmPerPixel = this.stage.mmPerPixel;
         if (this.stage.software) this.writeWith(drawn, now);
         else this.write(this.turns % 3 === 0, this.turns % 20 === 0);
         if (this.isAwaited()) this.rest = setTimeout(() => this.goOn(), kLongestAnswer);
@@ -261,6 +273,7 @@ class App {
     private write(plot: boolean, footer: boolean): void {
         this.panel.refresh();
         if (plot && this.scene) this.plot.draw(1e3 * this.scene.step_s);
+        if (plot && this.scene?.has_instrument) for (const history of this.histories) history.draw(this.plot.shown);
         const { shown, perSecond } = this.xray;
         if (footer) this.panel.setFooter(shown ? 1000 / Math.max(perSecond, 1) : this.stage.frameMs, shown ? 1 : this.stage.pixels, shown ? [] : this.probe.latencyMs, this.hand.gamepadName);
     }

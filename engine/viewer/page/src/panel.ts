@@ -3,6 +3,7 @@ import type { Connection } from "./connection";
 import { formatMs, type Plot } from "./plot";
 import type { Budget, SceneMessage, Status } from "./protocol";
 import type { Stage } from "./stage";
+import { States } from "./states";
 import { saveAs, type XrayScreen } from "./xray";
 
 type Send = (message: Record<string, unknown>) => boolean;
@@ -11,6 +12,7 @@ const kNumbersEvery = 80; // ms
 const kTurn = 0.08, kApproach = 0.9; // rad, times: of the camera by a key
 const kArmTurn = 5; // degrees, of the arm by a key
 const kMessageTime = 6000; // ms
+const kNarrow = "(max-width: 820px), (max-height: 480px)"; // as style.css has it
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
@@ -52,6 +54,13 @@ export class Panel {
             const factor = Number((event.target as HTMLInputElement).value) / 100;
             send({ type: "pace", factor });
         });
+        this.states = new States(send, (text) => this.say("notice", text), connection.token);
+        const fold = (folded: boolean) => {
+            element("panel").classList.toggle("folded", folded);
+            element("fold").setAttribute("aria-expanded", String(!folded));
+        };
+        click("fold", () => fold(!element("panel").classList.contains("folded")));
+        fold(matchMedia(kNarrow).matches); // a small screen begins with the picture
         element("download").addEventListener("click", (event) => {
             if (connection.open) return;
             event.preventDefault();
@@ -60,9 +69,11 @@ export class Panel {
         element<HTMLAnchorElement>("download").href = `/recording.csv?token=${encodeURIComponent(connection.token)}`;
     }
     private readonly help: () => void;
+    private readonly states: States;
 
     setScene(scene: SceneMessage): void {
         this.scene = scene;
+        this.states.setScene(scene);
         element("scene-name").textContent = scene.name;
         element("scope").textContent = scene.scope === "step" ? "(all of it)" : "(its collision part)";
         if (scene.budget.mode === "wall") this.wall = { ...scene.budget };
@@ -80,7 +91,7 @@ export class Panel {
         if (scene.effects.length === 0) box.textContent = "none that can be switched";
         element("script").hidden = !scene.has_script;
         element("grab").hidden = !scene.parts.some((part) => part.pullable);
-        for (const id of ["hand", "record", "download"]) element(id).hidden = !scene.has_instrument;
+        for (const id of ["hand", "record", "download", "histories"]) element(id).hidden = !scene.has_instrument;
         element("welcome-title").textContent = scene.has_instrument ? "Drive the catheter" : "Watch, and change what is simulated";
         element("welcome-text").textContent = scene.has_instrument
             ? "You drive a catheter from the patient's groin, or from wherever this scene's port is. Press a key to begin."
@@ -120,6 +131,7 @@ export class Panel {
         this.showAnswer(status, text);
         this.warnOfWork(status);
         this.xray.setStatus(status);
+        this.states.setStatus(status);
         const percent = (share: number) => `${(100 * share).toFixed(0)} %`;
         text("kept", `kept ${percent(this.plot.kept)}, real time ${percent(this.plot.realTimeKept(1e3 * (this.scene?.step_s ?? 1)))}`);
         for (const [name, on] of Object.entries(status.effects)) {
@@ -134,7 +146,7 @@ export class Panel {
     /// The basis of the last step's contacts: nothing is called tested that was switched off, or before a step was taken.
     private showAnswer(status: Status, text: (id: string, value: string, kind?: string) => void): void {
         const { coarse_contact: spheres, exact_contact: exact } = status.effects;
-        const began = status.step > 0, looked = began && spheres, open = looked && status.pairs_open > 0;
+        const began = status.stepped, looked = began && spheres, open = looked && status.pairs_open > 0;
         const leaf = this.scene?.leaf_level ?? 0;
         if (!looked) text("level", spheres ? "–" : "sphere trees off", spheres ? "" : "warn");
         else if (!open && status.pairs_tested === 0) text("level", `${status.level} of ${leaf}, nothing near`); // nothing was tested: never green
@@ -151,13 +163,13 @@ export class Panel {
         text("exits", `${status.lumen_exits}`, status.lumen_exits > 0 ? "bad" : "");
         const levels = element("levels");
         levels.classList.toggle("cut", open);
-        [...levels.children].forEach((bar, k) => bar.classList.toggle("on", looked && k <= Math.min(status.level, leaf)));
+        [...levels.children].forEach((bar, k) => bar.classList.toggle("on", looked && status.pairs_tested + status.pairs_open > 0 && k <= Math.min(status.level, leaf)));
     }
 
     /// A work budget is never exceeded by time: the exact stage may never fit into it.
     private warnOfWork(status: Status): void {
         const { budget } = status;
-        const short = budget.mode === "work" && status.step > 0 && status.effects.exact_contact && !status.exact_ran && this.scene?.has_instrument;
+        const short = budget.mode === "work" && status.stepped && status.effects.exact_contact && !status.exact_ran && this.scene?.has_instrument;
         if (short === this.workIsShort) return;
         this.workIsShort = short;
         if (!short || budget.mode !== "work") return this.unsay("work");
@@ -267,7 +279,9 @@ export class Panel {
         for (const { name } of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
         this.restart();
         const instead = before.mode === "wall" ? ` instead of ${formatMs(before.ms)}, enough for exact contacts` : "";
-        const budget = before.mode === "exact" ? "without a limit" : `under ${shortNumber(units)} tests a step${instead}`;
+        const enough = this.status!.work_enough, short = before.mode === "work" && units < enough;
+        const few = short ? `: too few for exact contacts, ${shortNumber(enough)} would do` : "";
+        const budget = before.mode === "exact" ? "without a limit" : `under ${shortNumber(units)} tests a step${instead}${few}`;
         this.say("notice", `Recording from the start, ${budget}. Download path takes it away.`);
     }
     private savePicture(): void {

@@ -1,7 +1,7 @@
 // Step time against budget: one bar a step, the whole step faint, what the budget pays for bright, misses red.
 import type { PlotStep } from "./protocol";
 
-const kSteps = 240;
+export const kSteps = 240;
 
 export class Plot {
     private steps: PlotStep[] = [];
@@ -18,6 +18,7 @@ export class Plot {
         if (this.steps.length > kSteps) this.steps.splice(0, this.steps.length - kSteps);
     }
     clear(): void { this.steps = []; }
+    get shown(): readonly PlotStep[] { return this.steps; }
     /// Shares of the steps shown: budgeted parts within their budget, whole steps that took no longer than the `stepMs` they simulate.
     get kept(): number { return this.share((step) => step[5] === 1); }
     realTimeKept(stepMs: number): number { return this.share((step) => step[1] <= stepMs); }

@@ -34,6 +34,7 @@ export interface SceneMessage {
     budget: Budget;
     budget_ms: [number, number];
     budget_work: [number, number];
+    most_saved: number; // states that are kept at the same time
     leaf_level: number;
     view: View;
     has_instrument: boolean;
@@ -41,8 +42,10 @@ export interface SceneMessage {
     limits?: { speed: number; rotation: number };
     radius?: number;
 }
-/// step, whole step ms, charged ms, limit ms (0: none), level, kept
-export type PlotStep = [number, number, number, number, number, number];
+/// step, whole step ms, charged ms, limit ms (0: none), level, kept, force on the wall N, insertion mm
+export type PlotStep = [number, number, number, number, number, number, number, number];
+/// A state that can be gone back to.
+export interface SavedMark { id: number; name: string; step: number; time_s: number }
 export interface Status {
     type: "status";
     frame: number;
@@ -55,6 +58,7 @@ export interface Status {
     paused: boolean;
     script: boolean;
     grabbed: boolean;
+    stepped: boolean; // the numbers are of a step: not of a state that the run began with, or went back to
     pace: number;
     pace_wanted: number;
     drive: [number, number];
@@ -94,6 +98,7 @@ export interface Status {
     injection: { start_s: number; duration_s: number; injected_mg: number; in_vessels_mg: number; washed_out_mg: number } | null; // null: no contrast
     work_enough: number; // tests a step, with which the exact stage runs as it does without a limit
     not_shown: number;
+    saved: SavedMark[]; // the oldest first
     steps: PlotStep[];
 }
 export type TextMessage =

@@ -6,6 +6,7 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Backdrop } from "./backdrop";
 import { axesOfCamera, drawOrientation, type Axes, type Direction } from "./orientation";
+import { drawScale } from "./scale";
 import { makeDots, makeTarget, setDots } from "./marks";
 import { Surface } from "./surface";
 import type { Frame, Model, PartShape, SceneMessage, View } from "./protocol";
@@ -42,7 +43,7 @@ export class Stage {
     private readonly seen = new THREE.Matrix4();
     private readonly scene = new THREE.Scene();
     private readonly backdrop = new Backdrop();
-    onTurn: (axes: Axes) => void = () => {};
+    onTurn: (axes: Axes, mmPerPixel: number) => void = () => {};
     private surfaces: Surface[] = [];
     private readonly rod: Line2;
     private readonly rodMaterial = new LineMaterial({ linewidth: 3, depthTest: false, transparent: true, opacity: 0.9 });
@@ -306,6 +307,12 @@ export class Stage {
         this.restUntil = 0;
     }
 
+    /// Of the page, where the middle of what is looked at lies.
+    get mmPerPixel(): number {
+        const distance = this.camera.position.distanceTo(this.controls.target);
+        return (2e3 * distance * Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2))) / Math.max(this.canvas.clientHeight, 1);
+    }
+
     /// Something else than a frame has changed.
     touch(): void { this.stale = true; }
 
@@ -352,7 +359,7 @@ export class Stage {
 
     private draw(): void {
         this.takeFrame();
-        this.onTurn(axesOfCamera(this.camera));
+        this.onTurn(axesOfCamera(this.camera), this.mmPerPixel);
         for (const surface of this.surfaces) surface.follow();
         this.dots.visible = this.showContacts;
         this.spheres.visible = this.showSpheres;
@@ -366,18 +373,19 @@ export class Stage {
         if (this.pictureWanted) { // before the browser takes the drawing away
             const take = this.pictureWanted;
             this.pictureWanted = undefined;
-            this.withOrientation().toBlob((picture) => { if (picture) take(picture); }, "image/png");
+            this.withMarks().toBlob((picture) => { if (picture) take(picture); }, "image/png");
         }
         this.triangles = this.renderer.info.render.triangles;
     }
 
-    /// A copy of the picture with the cube of the patient's sides.
-    private withOrientation(): HTMLCanvasElement {
+    /// A copy of the picture with the cube of the patient's sides and the scale bar.
+    private withMarks(): HTMLCanvasElement {
         const copy = document.createElement("canvas"), { width, height } = this.canvas;
         [copy.width, copy.height] = [width, height];
         const pen = copy.getContext("2d")!, scale = Math.max(1, height / 620);
         pen.drawImage(this.canvas, 0, 0);
         drawOrientation(pen, axesOfCamera(this.camera), 60 * scale, height - 60 * scale, scale);
+        drawScale(pen, (this.mmPerPixel * this.canvas.clientHeight) / (height / scale), 120 * scale, height - 24 * scale, scale);
         return copy;
     }
 
