@@ -101,7 +101,7 @@ TEST(RodInTissue, APushIntoAClosedEndComesToTheSameForceAndPlaceAtEveryStep) {
             EXPECT_LT(held.highest, 1.05 * held.mean) << "N";
             EXPECT_NEAR(held.mean, first.mean, 0.01 * first.mean) << "N";
             EXPECT_NEAR(held.tip, first.tip, 0.01e-3) << "m";
-            EXPECT_LT(held.gap, 0.01 * held.mean) << "N: at rest both feel the same";
+            EXPECT_LT(held.gap, 0.05 * held.mean) << "N: at rest both feel the same, as well as two solves know it";
             EXPECT_LE(held.unsettled, 3U);
             EXPECT_LE(held.corrections, 5U);
         }
