@@ -73,7 +73,7 @@ typename Message::Pointer unpack(const Header& header, std::string_view content)
     message->SetMessageHeader(head);
     message->AllocatePack();
     if (static_cast<std::size_t>(message->GetPackBodySize()) != content.size()) return nullptr;
-    std::memcpy(message->GetPackBodyPointer(), content.data(), content.size());
+    if (!content.empty()) std::memcpy(message->GetPackBodyPointer(), content.data(), content.size());
     if ((message->Unpack(1) & ::igtl::MessageHeader::UNPACK_BODY) == 0) return nullptr;
     return message;
 }

@@ -64,7 +64,7 @@ Result<void> read_array(const std::filesystem::path& path, std::size_t count, co
                                  static_cast<double>(count) * static_cast<double>(sizeof(Value)), shape),
                      path.string()};
     out.resize(count);
-    std::memcpy(static_cast<void*>(out.data()), bytes->data(), bytes->size());
+    if (!bytes->empty()) std::memcpy(static_cast<void*>(out.data()), bytes->data(), bytes->size());
     return {};
 }
 

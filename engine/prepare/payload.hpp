@@ -31,7 +31,7 @@ public:
         at_ += sizeof count;
         if (count > (bytes_.size() - at_) / sizeof(T)) return false;
         values.resize(count);
-        std::memcpy(static_cast<void*>(values.data()), bytes_.data() + at_, count * sizeof(T));
+        if (count > 0) std::memcpy(static_cast<void*>(values.data()), bytes_.data() + at_, count * sizeof(T));
         at_ += count * sizeof(T);
         return true;
     }
