@@ -75,6 +75,9 @@ struct XrayViewKeys {
 };
 static_assert(describes_all<XrayViewKeys>);
 
+/// As XrayMatter has them.
+inline std::vector<std::string_view> matter_words() { return {"tissue", "blood", "bone", "nitinol", "steel"}; }
+
 struct FluoroscopyKeys {
     using Struct = FluoroscopySpec;
     static auto of(auto& s) {
@@ -82,15 +85,15 @@ struct FluoroscopyKeys {
             {"fluoroscopy_frames", "Frames of one C-arm, of a biplane system, or of more."},
             key(s.every, count_field("every", 1, 1e9, "Steps between frames; the first is of the start.")),
             custom_key(value_field("views", list_value(object_value(table_of<XrayViewKeys>()), 1), "The C-arms.").required(), read_views, s.views),
-            custom_key(map_field("matter", choice_value({"tissue", "blood", "bone", "nitinol", "steel"}),
+            custom_key(map_field("matter", choice_value(matter_words()),
                                  "What bodies and instruments are made of for X-rays, by their names. When absent: vessels hold blood, "
                                  "instruments are nitinol, other bodies soft tissue."),
                        read_matter, s.matter),
             key(s.shell, number_field("shell", Dimension::Length, between(1e-6, 0.1), "Thickness of surfaces that are not closed: thin shells.")),
             key(s.wall, number_field("wall", Dimension::Length, between(0.0, 0.01), "Thickness of vessels' walls, outside of their surfaces; 0: walls attenuate as "
                                                                                     "what the vessel lies in.")),
-            key(s.wall_matter, choice_field("wall_matter", {"tissue", "blood", "bone", "nitinol", "steel"}, "What vessels' walls are made of: tissue, bone where they "
-                                                                                                          "are calcified, a metal where they are stented.")));
+            key(s.wall_matter, choice_field("wall_matter", matter_words(), "What vessels' walls are made of: tissue, bone where they are calcified, a metal where they "
+                                                                         "are stented.")));
     }
 };
 static_assert(describes_all<FluoroscopyKeys>);

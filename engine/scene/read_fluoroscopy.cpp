@@ -145,7 +145,7 @@ std::optional<Error> read_matter(const Reading& reading, std::vector<std::pair<s
     const auto& scene = reading.scene;
     const JsonNode* node = values.find("matter");
     if (node == nullptr) return std::nullopt;
-    constexpr std::array<std::string_view, 5> kWords{"tissue", "blood", "bone", "nitinol", "steel"};
+    const std::vector<std::string_view> words = matter_words();
     const auto is_there = [&](const std::string& name) {
         return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const SceneBody& body) { return body.name == name; }) ||
                std::any_of(scene.instruments.begin(), scene.instruments.end(), [&](const SceneInstrument& one) { return one.name == name; });
@@ -153,8 +153,8 @@ std::optional<Error> read_matter(const Reading& reading, std::vector<std::pair<s
     for (const JsonNode& member : node->children) {
         if (!is_there(member.key))
             return fail_at(context, values, "matter", fmt::format("found \"{}\"; expected the name of a body or an instrument", member.key));
-        const auto word = std::find(kWords.begin(), kWords.end(), member.text);
-        matter.emplace_back(member.key, static_cast<XrayMatter>(word - kWords.begin()));
+        const auto word = std::find(words.begin(), words.end(), member.text);
+        matter.emplace_back(member.key, static_cast<XrayMatter>(word - words.begin()));
     }
     return std::nullopt;
 }

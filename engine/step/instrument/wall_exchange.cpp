@@ -1,5 +1,6 @@
 #include "engine/step/instrument/wall_exchange.hpp"
 
+#include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
 #include <algorithm>
@@ -194,12 +195,9 @@ double find_exchange_gap(const SceneModel& model, std::size_t instrument, const 
     Vec3 gap = Vec3::Zero();
     for (const fem::RodPlane& plane : state.instruments[instrument].planes)
         if (plane.force > 0.0) gap += plane.force * plane.normal + plane.drag;
-    const auto place = [](const Triangle& t, const WallPress& press, std::span<const Vec3> at) {
-        return Vec3(press.bary[0] * at[t[0]] + press.bary[1] * at[t[1]] + press.bary[2] * at[t[2]]);
-    };
     for (const WallPush& push : rods.instruments[instrument].pushes) {
         const Triangle& t = wall.surface.triangles[push.press.triangle];
-        gap -= felt_of(push, place(t, push.press, state.bodies[lumen].surface) - place(t, push.press, rods.walls[lumen].surface_t0)) + push.drag;
+        gap -= felt_of(push, point_on(t, push.press.bary, state.bodies[lumen].surface) - point_on(t, push.press.bary, rods.walls[lumen].surface_t0)) + push.drag;
     }
     return std::sqrt(gap.squaredNorm());
 }
