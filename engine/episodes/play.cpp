@@ -16,7 +16,7 @@ namespace {
 
 #define TROCAR_KEY(name, unit, meaning, expression)                                                                                        \
     {                                                                                                                                      \
-        {name, unit, meaning}, [](const PlayedEpisode& e) -> OutputJson { return expression; }                                             \
+        {name, unit, meaning}, []([[maybe_unused]] const PlayedEpisode& e) -> OutputJson { return expression; }                            \
     }
 const JsonKey<PlayedEpisode> kKeys[] = {
     TROCAR_KEY("version", "", "Of the program.", build_facts().version),

@@ -86,8 +86,10 @@ Result<OrganInput> read_organ(const std::filesystem::path& file) {
     const bool volume = std::find(kVolumes.begin(), kVolumes.end(), extension) != kVolumes.end();
     OrganInput input;
     if (volume || extension == ".vtk") {
-        Result<TetMesh> tets = read_tets(file);
+        BesideTets beside;
+        Result<TetMesh> tets = read_tets(file, &beside);
         if (tets.ok()) {
+            input.split = describe_split(beside.split);
             drop_unreferenced_nodes(*tets);
             input.surface = boundary_surface(*tets);
             drop_unreferenced_vertices(input.surface);
@@ -110,6 +112,7 @@ Result<ImportedOrgan> import_organ(OrganInput input, double scale, MendMode mode
     for (Vec3& v : input.surface.vertices) v *= scale;
     if (input.tets) {
         for (Vec3& v : input.tets->vertices) v *= scale;
+        if (!input.split.empty()) organ.quality.push_back(input.split);
         if (const Result<void> good = check_tets(*input.tets, organ.quality); !good.ok()) return good.error();
         organ.tets = std::move(input.tets);
     }

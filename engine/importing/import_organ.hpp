@@ -21,6 +21,7 @@ inline constexpr const char* kOrganTets = "organ.vtu";
 struct OrganInput {
     std::optional<TetMesh> tets; // in the file's unit; none: a surface
     TriMesh surface;             // the tetrahedra's boundary, or what was read
+    std::string split;           // what was split into tetrahedra, with counts; empty: nothing
 };
 
 /// fails  as read_tets and read_surface

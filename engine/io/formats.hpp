@@ -4,6 +4,7 @@
 
 #include "base/mesh.hpp"
 #include "base/result.hpp"
+#include "engine/io/split_cells.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -27,10 +28,10 @@ struct GroupedSurface {
 [[nodiscard]] Result<TriMesh> parse_ply(std::string_view bytes, const std::string& name);
 [[nodiscard]] Result<TriMesh> parse_stl(std::string_view bytes, const std::string& name);
 
-/// faces  where given: the triangles that the file lists beside its tetrahedra, in the mesh's vertices
-[[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces = nullptr);
-[[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces = nullptr);
-[[nodiscard]] Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name);
+/// beside  where given: gets what else the file holds
+[[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
+[[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
+[[nodiscard]] Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
 [[nodiscard]] Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& node_name, std::string_view ele_bytes,
                                            const std::string& ele_name);
 
@@ -54,8 +55,8 @@ struct VtkMesh {
 
 /// Polygons, strips and triangle cells as one surface; fails where an id is out of range.
 [[nodiscard]] Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name);
-/// Linear tetrahedra of an unstructured grid.
-[[nodiscard]] Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name);
+/// Linear cells of an unstructured grid.
+[[nodiscard]] Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* beside = nullptr);
 
 /// Splits a polygon into a fan from its first corner; fewer than three corners give nothing.
 inline void add_fan(std::vector<Triangle>& triangles, std::span<const Index> corners) {

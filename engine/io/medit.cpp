@@ -10,8 +10,8 @@
 namespace trocar::engine {
 namespace {
 
-/// Sections whose rows are numbers only, and how many of them a row has; all but two, and triangles where they are asked for, are
-/// passed over.
+/// Sections whose rows are numbers only, and how many of them a row has; all but vertices, cells, and triangles where they are asked for,
+/// are passed over.
 struct Section {
     std::string_view name;
     std::size_t numbers;
@@ -25,7 +25,7 @@ constexpr std::array kSections = {
 
 class MeditReader {
 public:
-    MeditReader(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) : in_(bytes, name), name_(name), faces_(faces) {
+    MeditReader(std::string_view bytes, const std::string& name, BesideTets* beside) : in_(bytes, name), name_(name), beside_(beside) {
         in_.set_comment('#');
     }
 
@@ -33,13 +33,13 @@ public:
         bool more = true;
         while (more && !in_.at_end())
             if (!read_section(more)) return in_.error();
-        if (mesh_.tets.empty()) return Error{ErrorCode::BadMesh, "holds no tetrahedra", name_};
+        if (mesh_.tets.empty() && cells_.empty()) return Error{ErrorCode::BadMesh, "holds no tetrahedra, hexahedra, prisms or pyramids", name_};
         if (largest_ > static_cast<std::int64_t>(mesh_.vertices.size())) {
             in_.fail_at(largest_position_, ErrorCode::BadMesh,
                         fmt::format("vertex {}, but there are {} vertices", largest_, mesh_.vertices.size()));
             return in_.error();
         }
-        return std::move(mesh_);
+        return join_cells(std::move(mesh_), cells_, beside_);
     }
 
 private:
@@ -63,10 +63,13 @@ private:
         if (!in_.count(count, "the number of rows", 2 * section.numbers - 1)) return false;
         if (count >= kNoIndex) return in_.fail(ErrorCode::BadMesh, "more rows than indices");
         for (std::size_t i = 0; i < count; ++i) {
-            const bool good = section.name == "Vertices"                         ? read_vertex(i)
-                              : section.name == "Tetrahedra"                     ? read_element(mesh_.tets)
-                              : section.name == "Triangles" && faces_ != nullptr ? read_element(*faces_)
-                                                                                 : pass_over(section);
+            const bool good = section.name == "Vertices"                                     ? read_vertex(i)
+                              : section.name == "Tetrahedra"                                 ? read_element(mesh_.tets)
+                              : section.name == "Hexahedra" || section.name == "Hexaedra"    ? read_element(cells_.hexahedra)
+                              : section.name == "Prisms"                                     ? read_element(cells_.prisms)
+                              : section.name == "Pyramids"                                   ? read_element(cells_.pyramids)
+                              : section.name == "Triangles" && beside_ != nullptr            ? read_element(beside_->faces)
+                                                                                             : pass_over(section);
             if (!good) return false;
         }
         return true;
@@ -106,16 +109,17 @@ private:
 
     Scanner in_;
     const std::string& name_;
-    std::vector<Triangle>* faces_; // null: not asked for
     TetMesh mesh_;
+    MixedCells cells_;
+    BesideTets* beside_; // null: not asked for
     std::int64_t largest_ = 0; // vertex number in use
     std::size_t largest_position_ = 0;
 };
 
 } // namespace
 
-Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) {
-    return MeditReader(bytes, name, faces).read();
+Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, BesideTets* beside) {
+    return MeditReader(bytes, name, beside).read();
 }
 
 } // namespace trocar::engine

@@ -11,7 +11,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr int kTriangle = 2, kTetrahedron = 4; // Gmsh's element types
+constexpr int kTriangle = 2, kTetrahedron = 4, kHexahedron = 5, kPrism = 6, kPyramid = 7; // Gmsh's element types
 
 /// Nodes of each element type, from Gmsh's manual; 0: unknown to us.
 constexpr std::size_t nodes_of_type(std::int64_t type) noexcept {
@@ -22,15 +22,15 @@ constexpr std::size_t nodes_of_type(std::int64_t type) noexcept {
 
 class MshReader {
 public:
-    MshReader(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) : in_(bytes, name), name_(name), faces_(faces) {}
+    MshReader(std::string_view bytes, const std::string& name, BesideTets* beside) : in_(bytes, name), name_(name), beside_(beside) {}
 
     Result<TetMesh> read() {
         while (!in_.at_end())
             if (!read_section()) return in_.error();
         if (ids_.size() == 0) return Error{ErrorCode::BadMesh, "holds no nodes", name_};
-        if (mesh_.tets.empty())
-            return Error{ErrorCode::BadMesh, fmt::format("holds no linear tetrahedra; {} elements of other types", others_), name_};
-        return std::move(mesh_);
+        if (mesh_.tets.empty() && cells_.empty())
+            return Error{ErrorCode::BadMesh, fmt::format("holds no linear tetrahedra, hexahedra, prisms or pyramids; {} elements of other types", others_), name_};
+        return join_cells(std::move(mesh_), cells_, beside_);
     }
 
 private:
@@ -190,12 +190,17 @@ private:
         return true;
     }
 
-    [[nodiscard]] bool takes(std::int64_t type) const { return type == kTetrahedron || (type == kTriangle && faces_ != nullptr); }
+    [[nodiscard]] static bool is_volume(std::int64_t type) { return type >= kTetrahedron && type <= kPyramid; }
+    [[nodiscard]] bool takes(std::int64_t type) const { return is_volume(type) || (type == kTriangle && beside_ != nullptr); }
 
-    /// Four node numbers of a tetrahedron, or three of a triangle, each read by read_id.
+    /// The node numbers of an element that is taken, each read by read_id.
     template <class ReadId>
     bool read_element(std::int64_t type, ReadId&& read_id) {
-        return type == kTetrahedron ? read_corners("tetrahedron", mesh_.tets, read_id) : read_corners("triangle", *faces_, read_id);
+        if (type == kTriangle) return read_corners("triangle", beside_->faces, read_id);
+        if (type == kHexahedron) return read_corners("hexahedron", cells_.hexahedra, read_id);
+        if (type == kPrism) return read_corners("prism", cells_.prisms, read_id);
+        if (type == kPyramid) return read_corners("pyramid", cells_.pyramids, read_id);
+        return read_corners("tetrahedron", mesh_.tets, read_id);
     }
     template <class Element, class ReadId>
     bool read_corners(const char* what, std::vector<Element>& elements, ReadId&& read_id) {
@@ -240,7 +245,7 @@ private:
     }
 
     bool read_element_line(std::int64_t type) {
-        others_ += type != kTetrahedron;
+        others_ += !is_volume(type);
         if (!takes(type)) {
             in_.skip_line();
             return true;
@@ -274,7 +279,7 @@ private:
         std::string_view row;
         const std::size_t width = size_of(id_type);
         if (!in_.raw(row, head + width * nodes, "an element")) return false;
-        others_ += type != kTetrahedron;
+        others_ += !is_volume(type);
         if (!takes(type)) return true;
         const char* at = row.data() + head;
         return read_element(type, [&](std::int64_t& node) {
@@ -316,17 +321,18 @@ private:
 
     Scanner in_;
     const std::string& name_;
-    std::vector<Triangle>* faces_; // null: not asked for
     TetMesh mesh_;
+    MixedCells cells_;
+    BesideTets* beside_; // null: not asked for
     NodeIds ids_;
-    std::size_t others_ = 0; // elements that are no linear tetrahedra
+    std::size_t others_ = 0; // elements that are none of these
     bool has_format_ = false, four_ = false, binary_ = false, big_ = false;
 };
 
 } // namespace
 
-Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) {
-    return MshReader(bytes, name, faces).read();
+Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, BesideTets* beside) {
+    return MshReader(bytes, name, beside).read();
 }
 
 } // namespace trocar::engine

@@ -66,10 +66,11 @@ std::optional<TriMesh> find_closed(const TetMesh& tets, std::vector<Triangle> fa
 /// The surface of a file of tetrahedra: the triangles that it lists beside them, where those are closed and another surface than
 /// the boundary (a mesh of the hull around an organ); else the faces of one tetrahedron alone.
 Result<TriMesh> read_boundary(const std::filesystem::path& path, std::string* note) {
-    std::vector<Triangle> faces;
-    const Result<TetMesh> tets = read_tets(path, &faces);
+    BesideTets beside;
+    const Result<TetMesh> tets = read_tets(path, &beside);
     if (!tets) return tets.error();
     TriMesh surface = boundary_surface(*tets);
+    std::vector<Triangle>& faces = beside.faces;
     const std::size_t listed = faces.size();
     const auto boundary = sorted_corners(surface.triangles), own = sorted_corners(faces);
     const bool others = !std::includes(boundary.begin(), boundary.end(), own.begin(), own.end());

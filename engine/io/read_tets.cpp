@@ -4,27 +4,10 @@
 #include "engine/io/formats.hpp"
 #include "engine/io/mesh_path.hpp"
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
-
-#include <algorithm>
 
 namespace trocar::engine {
 namespace {
-
-/// Turns all tetrahedra round where not one is positive: then the file counts the other way.
-void follow_convention(TetMesh& mesh) {
-    bool any_negative = false;
-    for (const Tet& t : mesh.tets) {
-        const Vec3& origin = mesh.vertices[t[0]];
-        const Vec3 a = mesh.vertices[t[1]] - origin, b = mesh.vertices[t[2]] - origin, c = mesh.vertices[t[3]] - origin;
-        const double volume = a.dot(b.cross(c));
-        if (volume > 0) return;
-        any_negative = any_negative || volume < 0;
-    }
-    if (any_negative)
-        for (Tet& t : mesh.tets) std::swap(t[2], t[3]);
-}
 
 /// "x.1.node" beside "x.1.ele", packed or not.
 std::filesystem::path partner(const std::filesystem::path& path, const std::string& extension) {
@@ -47,18 +30,18 @@ Result<TetMesh> read_pair(const std::filesystem::path& node_path, const std::fil
     return parse_tetgen(*nodes, node_path.string(), *elements, ele_path.string());
 }
 
-Result<TetMesh> parse(const std::filesystem::path& path, const std::string& extension, std::vector<Triangle>* faces) {
+Result<TetMesh> parse(const std::filesystem::path& path, const std::string& extension, BesideTets* beside) {
     const std::string name = path.string();
     const Result<std::string> bytes = read_file_bytes(path);
     if (!bytes) return bytes.error();
     if (bytes->empty()) return Error{ErrorCode::BadSyntax, "is empty", name};
-    if (extension == ".msh") return parse_msh(*bytes, name, faces);
-    if (extension == ".mesh") return parse_medit(*bytes, name, faces);
-    if (extension == ".veg") return parse_veg(*bytes, name);
+    if (extension == ".msh") return parse_msh(*bytes, name, beside);
+    if (extension == ".mesh") return parse_medit(*bytes, name, beside);
+    if (extension == ".veg") return parse_veg(*bytes, name, beside);
     if (extension == ".vtk" || extension == ".vtu") {
         Result<VtkMesh> vtk = extension == ".vtk" ? parse_vtk_legacy(*bytes, name) : parse_vtk_xml(*bytes, name);
         if (!vtk) return vtk.error();
-        return make_tets(std::move(*vtk), name);
+        return make_tets(std::move(*vtk), name, beside);
     }
     return Error{
         ErrorCode::BadUsage,
@@ -68,13 +51,12 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
 
 } // namespace
 
-Result<TetMesh> read_tets(const std::filesystem::path& path, std::vector<Triangle>* faces) {
+Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside) {
     const std::string extension = mesh_extension(path);
-    Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"))
-                           : extension == ".ele" ? read_pair(partner(path, ".node"), path)
-                                                 : parse(path, extension, faces);
-    if (mesh) follow_convention(*mesh);
-    return mesh;
+    if (beside != nullptr) *beside = {};
+    if (extension == ".node") return read_pair(path, partner(path, ".ele"));
+    if (extension == ".ele") return read_pair(partner(path, ".node"), path);
+    return parse(path, extension, beside);
 }
 
 } // namespace trocar::engine

@@ -3,21 +3,21 @@
 
 #include "base/mesh.hpp"
 #include "base/result.hpp"
+#include "engine/io/split_cells.hpp"
 
 #include <filesystem>
-#include <vector>
 
 namespace trocar::engine {
 
-/// Reads the linear tetrahedra of a file; coordinates are in the file's own unit. Points, lines, triangles and other
-/// cells beside them are passed over; nodes keep the file's order, unreferenced ones included (see
+/// Reads the linear tetrahedra of a file; coordinates are in the file's own unit. Hexahedra, prisms and pyramids are split
+/// (join_cells); points, lines, triangles and cells of higher order are passed over; nodes keep the file's order, unreferenced ones included (see
 /// drop_unreferenced_nodes). Of a TetGen pair either file may be named.
 /// A file whose tetrahedra are all negative follows the other orientation convention and is turned round as a whole;
 /// single inverted or flat tetrahedra are kept as they are for inspect_tets to name.
 /// fails     with file and line (binary formats: byte offset): unknown extension or version, broken syntax, index out
-///           of range, NaN or infinite coordinate, truncated, no tetrahedron at all (what it holds instead is named)
-/// faces     where given: the triangles that an MSH or MEDIT file lists beside them
+///           of range, NaN or infinite coordinate, truncated, no cell with a volume at all (what it holds instead is named)
+/// beside    where given: gets what else the file holds
 /// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
-[[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path, std::vector<Triangle>* faces = nullptr);
+[[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside = nullptr);
 
 } // namespace trocar::engine

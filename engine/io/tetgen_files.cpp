@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <tuple>
 
 namespace trocar::engine {
 namespace {
@@ -26,17 +27,18 @@ bool check_ids(Scanner& in, NodeIds& ids) {
     return !twice || in.fail(ErrorCode::BadMesh, fmt::format("node {} is given twice", *twice));
 }
 
-/// id and four nodes; further nodes of the line (second order) are passed over with it.
-bool read_tet(Scanner& in, TetMesh& mesh, const NodeIds& ids) {
+/// id and the corners; further nodes of the line (second order) are passed over with it.
+template <class Cell>
+bool read_cell(Scanner& in, std::vector<Cell>& cells, const NodeIds& ids) {
     std::int64_t id = 0;
     if (!in.integer(id, "an element number")) return false;
-    Tet tet{};
-    for (Index& corner : tet) {
+    Cell cell{};
+    for (Index& corner : cell) {
         if (!in.integer(id, "a node number")) return false;
         corner = ids.find(id);
         if (corner == kNoIndex) return in.fail(ErrorCode::BadMesh, fmt::format("node {} is not given", id));
     }
-    mesh.tets.push_back(tet);
+    cells.push_back(cell);
     in.skip_line();
     return true;
 }
@@ -52,15 +54,17 @@ bool read_nodes(Scanner& in, TetMesh& mesh, NodeIds& ids) {
     return check_ids(in, ids);
 }
 
-bool read_elements(Scanner& in, TetMesh& mesh, const NodeIds& ids) {
+template <class Cell>
+bool read_elements(Scanner& in, std::vector<Cell>& cells, const NodeIds& ids) {
+    constexpr std::size_t kCorners = std::tuple_size_v<Cell>;
     std::size_t count = 0;
     std::int64_t corners = 0;
-    if (!in.count(count, "the number of elements", 9) || !in.integer(corners, "the number of nodes per element")) return false;
-    if (corners != 4)
-        return in.fail(ErrorCode::BadValue, fmt::format("elements with {} nodes are not read; tetrahedra with 4 are", corners));
+    if (!in.count(count, "the number of elements", 1 + 2 * kCorners) || !in.integer(corners, "the number of nodes per element")) return false;
+    if (corners != static_cast<std::int64_t>(kCorners))
+        return in.fail(ErrorCode::BadValue, fmt::format("elements with {} nodes are not read; expected {}", corners, kCorners));
     in.skip_line();
     for (std::size_t i = 0; i < count; ++i)
-        if (!read_tet(in, mesh, ids)) return false;
+        if (!read_cell(in, cells, ids)) return false;
     return true;
 }
 
@@ -68,11 +72,11 @@ class VegReader {
 public:
     VegReader(std::string_view bytes, const std::string& name) : in_(bytes, name), name_(name) { in_.set_comment('#'); }
 
-    Result<TetMesh> read() {
+    Result<TetMesh> read(BesideTets* beside) {
         while (!in_.at_end())
             if (!read_section()) return in_.error();
-        if (mesh_.tets.empty()) return Error{ErrorCode::BadMesh, "holds no tetrahedra", name_};
-        return std::move(mesh_);
+        if (mesh_.tets.empty() && cells_.empty()) return Error{ErrorCode::BadMesh, "holds no tetrahedra or cubes", name_};
+        return join_cells(std::move(mesh_), cells_, beside);
     }
 
 private:
@@ -82,9 +86,10 @@ private:
         if (word == "*VERTICES")
             return ids_.size() == 0 ? read_nodes(in_, mesh_, ids_) : in_.fail(ErrorCode::BadSyntax, "a second *VERTICES");
         if (word == "*ELEMENTS") {
-            if (!in_.word(word, "TET")) return false;
-            const bool tets = word == "TET" || word == "TETS";
-            return tets ? read_elements(in_, mesh_, ids_) : in_.fail(ErrorCode::BadValue, "only elements of type TET are read");
+            if (!in_.word(word, "TET or CUBIC")) return false;
+            if (word == "TET" || word == "TETS") return read_elements(in_, mesh_.tets, ids_);
+            if (word == "CUBIC") return read_elements(in_, cells_.hexahedra, ids_);
+            return in_.fail(ErrorCode::BadValue, "only elements of type TET and CUBIC are read");
         }
         if (word[0] != '*') return in_.fail(ErrorCode::BadSyntax, "a section should begin here, as *VERTICES");
         in_.skip_line();
@@ -95,6 +100,7 @@ private:
     Scanner in_;
     const std::string& name_;
     TetMesh mesh_;
+    MixedCells cells_;
     NodeIds ids_;
 };
 
@@ -109,11 +115,11 @@ Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& nod
     if (!read_nodes(nodes, mesh, ids)) return nodes.error();
     Scanner elements(ele_bytes, ele_name);
     elements.set_comment('#');
-    if (!read_elements(elements, mesh, ids)) return elements.error();
+    if (!read_elements(elements, mesh.tets, ids)) return elements.error();
     if (mesh.tets.empty()) return Error{ErrorCode::BadMesh, "holds no tetrahedra", ele_name};
-    return mesh;
+    return join_cells(std::move(mesh), {}, nullptr);
 }
 
-Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name) { return VegReader(bytes, name).read(); }
+Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name, BesideTets* beside) { return VegReader(bytes, name).read(beside); }
 
 } // namespace trocar::engine

@@ -11,7 +11,8 @@ namespace trocar::engine {
 namespace {
 
 // Cell types, from vtkCellType.h.
-constexpr std::uint8_t kVtkTriangle = 5, kVtkStrip = 6, kVtkPolygon = 7, kVtkQuad = 9, kVtkTetrahedron = 10;
+constexpr std::uint8_t kVtkTriangle = 5, kVtkStrip = 6, kVtkPolygon = 7, kVtkQuad = 9;
+constexpr std::uint8_t kVtkTetrahedron = 10, kVtkVoxel = 11, kVtkHexahedron = 12, kVtkWedge = 13, kVtkPyramid = 14;
 
 /// The corners of one cell, checked. Takes the cells one after the other.
 class CellWalk {
@@ -68,6 +69,18 @@ bool add_cell(std::vector<Triangle>& triangles, const std::vector<Index>& corner
     return true;
 }
 
+/// 0: not taken.
+std::size_t corners_of(std::uint8_t type) {
+    switch (type) {
+    case kVtkTetrahedron: return 4;
+    case kVtkPyramid: return 5;
+    case kVtkWedge: return 6;
+    case kVtkVoxel:
+    case kVtkHexahedron: return 8;
+    default: return 0;
+    }
+}
+
 Error bad_mesh(std::string message, const std::string& name) { return {ErrorCode::BadMesh, std::move(message), name}; }
 
 std::optional<Error> check_types(const VtkCells& cells, const std::string& name) {
@@ -97,25 +110,33 @@ Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name) {
     return mesh;
 }
 
-Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name) {
+Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* beside) {
     if (!vtk.unstructured) return bad_mesh("is a surface (PolyData); tetrahedra need an unstructured grid", name);
     if (const auto error = check_types(vtk.cells, name)) return *error;
     TetMesh mesh;
+    MixedCells cells;
     std::size_t others = 0;
     CellWalk walk(vtk.cells, vtk.points.size());
     while (walk.next()) {
-        if (vtk.cells.types[walk.cell()] != kVtkTetrahedron) {
+        const std::vector<Index>& c = walk.corners();
+        const std::uint8_t type = vtk.cells.types[walk.cell()];
+        const std::size_t expected = corners_of(type);
+        if (expected == 0) {
             ++others;
             continue;
         }
-        const std::vector<Index>& c = walk.corners();
-        if (c.size() != 4) return bad_mesh(fmt::format("tetrahedron {} has {} corners", walk.cell(), c.size()), name);
-        mesh.tets.push_back({c[0], c[1], c[2], c[3]});
+        if (c.size() != expected) return bad_mesh(fmt::format("cell {} of type {} has {} corners, expected {}", walk.cell(), type, c.size(), expected), name);
+        if (type == kVtkTetrahedron) mesh.tets.push_back({c[0], c[1], c[2], c[3]});
+        if (type == kVtkHexahedron) cells.hexahedra.push_back({c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]});
+        if (type == kVtkVoxel) cells.hexahedra.push_back({c[0], c[1], c[3], c[2], c[4], c[5], c[7], c[6]});
+        if (type == kVtkWedge) cells.prisms.push_back({c[0], c[1], c[2], c[3], c[4], c[5]});
+        if (type == kVtkPyramid) cells.pyramids.push_back({c[0], c[1], c[2], c[3], c[4]});
     }
     if (walk.problem()) return bad_mesh(*walk.problem(), name);
-    if (mesh.tets.empty()) return bad_mesh(fmt::format("holds no linear tetrahedra; {} cells of other types", others), name);
+    if (mesh.tets.empty() && cells.empty())
+        return bad_mesh(fmt::format("holds no linear tetrahedra, hexahedra, prisms or pyramids; {} cells of other types", others), name);
     mesh.vertices = std::move(vtk.points);
-    return mesh;
+    return join_cells(std::move(mesh), cells, beside);
 }
 
 } // namespace trocar::engine

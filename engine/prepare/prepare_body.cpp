@@ -121,8 +121,10 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const
         }
         return std::move(coarse->tets);
     }
-    Result<TetMesh> mesh = read_tets(body.coarse.file);
+    BesideTets beside;
+    Result<TetMesh> mesh = read_tets(body.coarse.file, &beside);
     if (!mesh.ok()) return mesh;
+    if (std::string what = describe_split(beside.split); !what.empty()) remarks.notes.push_back("coarse mesh: " + what);
     for (Vec3& v : mesh->vertices) v = body.scale * (body.coarse.unit * v) + body.translate;
     if (const std::size_t dropped = drop_unused_nodes(*mesh); dropped > 0)
         remarks.notes.push_back(fmt::format("{} nodes of the coarse mesh belong to no tetrahedron and were dropped", dropped));

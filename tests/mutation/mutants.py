@@ -182,6 +182,8 @@ MUTANTS = [
     Mutant("cluster-stale-box", "stale box: a cluster's bounds miss its last vertex", "collision/bvh/dop_tree.cpp",
            "for (const Index vertex : touched(c)) join(", "for (const Index vertex : touched(c).first(touched(c).size() - 1)) join(",
            "collision", "ContactSearch.*:InterruptibleSearch.*"),
+    Mutant("split-any-diagonal", "a hexahedron's face is cut through its first corner, whatever its neighbour does", "engine/io/split_cells.cpp",
+           "if (corners[face[k]] < corners[face[first]]) first = k;", "", "import", "SplitCells.*"),
     Mutant("frames-overflow", "the reader of frames takes an object's number below zero", "engine/io/frames.cpp",
            "frames.objects[v] < 0 || ", "", "engine", "Frames.*"),
     Mutant("state-forgets-hints", "a saved state omits the descent's hints", "engine/state/visit_state.hpp",
