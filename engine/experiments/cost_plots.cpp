@@ -140,6 +140,8 @@ Sketch sketch_error(const CostTable& table, const Scene& scene, const ErrorPlot&
         "{}plot 'frontier_{}.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ",
         scope_text(scene.budget), any_zero(table, plot) ? fmt::format("set ytics add ('0' {:.6g})\n", place_of_zero(table, plot)) : "",
         floor_mark(table), plot.id);
+    if (table.floor_ms > 0.0) // whatever the others take, the axis reaches it
+        sketch.commands += fmt::format("'{}_0.tsv' using ({:.6g}):3 with points pt -1 notitle, ", plot.id, table.floor_ms);
     const bool at_points = table.rows.size() > kNamesInLegend;
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const std::string name = quote_for_gnuplot(table.rows[k].name());

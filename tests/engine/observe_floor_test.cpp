@@ -116,7 +116,7 @@ TEST_F(FloorOfAStep, IsDrawnInThePlotsOfCost) {
     auto table = measure_cost(run.prepared, {.patch = 0.012, .tolerance = 0.3e-3}, options);
     ASSERT_TRUE(table.ok());
     EXPECT_THAT(cost_page(run.scene, *table, {}), Not(HasSubstr(">floor<"))) << "where it was not measured";
-    table->floor_ms = 0.0123;
+    table->floor_ms = 0.0123; // whatever the runs took
     const std::string page = cost_page(run.scene, *table, {});
     EXPECT_THAT(page, HasSubstr(">floor<"));
     EXPECT_THAT(page, HasSubstr("The floor, 0.0123 ms, is what a budget of nothing is charged"));
