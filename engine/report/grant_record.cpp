@@ -17,8 +17,8 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr std::string_view kMagic = "trocar-grants 3";
-constexpr std::array<char, 8> kLetters{'d', 'f', 'r', 't', 'x', 'c', 's', 'w'}; // by DecisionKind
+constexpr std::string_view kMagic = "trocar-grants 4";
+constexpr std::array<char, 10> kLetters{'d', 'f', 'r', 't', 'x', 'c', 's', 'w', 'a', 'p'}; // by DecisionKind
 
 std::uint64_t hash_bytes(std::string_view bytes) noexcept {
     BitHash hash;
@@ -120,7 +120,7 @@ std::optional<Error> read_step(Lines& lines, std::uint64_t number, GrantStep& st
         Decision decision;
         const auto letter = word.empty() ? kLetters.end() : std::find(kLetters.begin(), kLetters.end(), word.front());
         if (letter == kLetters.end() || !read_number(word.substr(1), decision.value))
-            return lines.error(fmt::format("\"{:.30}\" is no decision; expected d4096, f1, r1, t800, x2, s512 or w900", word));
+            return lines.error(fmt::format("\"{:.30}\" is no decision; expected d4096, f1, r1, t800, x2, s512, w900, a1 or p40", word));
         decision.kind = static_cast<DecisionKind>(letter - kLetters.begin());
         step.decisions.push_back(decision);
     }

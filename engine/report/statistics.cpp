@@ -148,6 +148,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     corrections += report.corrections;
     exact_forced += report.exact_forced;
     dropped_steps += report.dropped != 0;
+    carried_steps += report.carried_instruments > 0;
     drive_limited_steps += report.drive_limited > 0;
     drive_stop_steps += report.drive_stops > 0;
     clamped_steps += report.clamped_forces > 0;

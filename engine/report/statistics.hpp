@@ -81,7 +81,7 @@ struct RunStatistics {
     double largest_instrument_n = 0.0;                // N, the same on one another
     std::uint64_t left_pairs = 0, left_steps = 0, floor_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
-    std::uint64_t drive_limited_steps = 0, drive_stop_steps = 0, clamped_steps = 0, exact_forced = 0, dropped_steps = 0;
+    std::uint64_t carried_steps = 0, drive_limited_steps = 0, drive_stop_steps = 0, clamped_steps = 0, exact_forced = 0, dropped_steps = 0;
 
     /// [-], of the thinner body's thickness: solids that lie deeper in one another than that visibly penetrate.
     static constexpr double kDeep = 0.25;

@@ -113,6 +113,10 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Surfaces left by the budget", t.left_steps,
                                    fmt::format("{} pairs of bodies and of their leaves in {}", t.left_pairs, of_steps(t.left_steps, record)),
                                    Mark::Note, "They were held where their spheres meet (held_pairs, carried_places in steps.csv)."));
+    if (t.carried_steps > 0)
+        losses.push_back(make_loss("Instruments between walls of earlier steps", t.carried_steps, fmt::format("in {}", of_steps(t.carried_steps, record)),
+                                   Mark::Note, "There was no time for planes of all places and a solve between them: the rods ended where they looked ahead "
+                                   "to, between planes that are up to two steps old (carried_instruments, carried_places in steps.csv)."));
     if (effects.coarse_contact && t.unconverged_solves > 0)
         losses.push_back(make_loss("Contact solves that ended at their bound", t.unconverged_steps,
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,

@@ -81,6 +81,9 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.links_t0.reserve(places);
         own.links_t1.reserve(places);
         own.wall_distance.reserve(places);
+        own.fresh.reserve(places);
+        own.carried_planes.reserve(state.instruments[i].planes.capacity());
+        own.carried_presses.reserve(state.instruments[i].planes.capacity());
         own.last_planes.reserve(state.instruments[i].planes.capacity());
         own.last_presses.reserve(state.instruments[i].planes.capacity());
         own.pushes.reserve(places + kSparePlanes);

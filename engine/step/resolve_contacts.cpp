@@ -1,5 +1,6 @@
 #include "engine/step/resolve_contacts.hpp"
 
+#include "engine/step/instrument/carry_response.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_stage.hpp"
 #include "engine/step/solid/touch_rules.hpp"
@@ -36,6 +37,14 @@ void retry_with_drive_stopped(const SceneModel& model, std::size_t instrument, S
     solve_instrument(model, instrument, state, rods);
 }
 
+/// What the rough look ahead does not solve for: a rod against itself, and against others.
+bool may_be_carried(const SceneModel& model, std::size_t instrument, const RodsScratch& rods) {
+    if (!rods.together.empty()) return false;
+    for (const std::size_t one : solved_with(model, rods, instrument))
+        if (rods.instruments[one].meets_itself) return false;
+    return true;
+}
+
 /// Instruments against their walls, where no exact answer stands: planes from the wall, and what is left to do where they do not suffice.
 void resolve_walls(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report, StepBudget& budget) {
     const bool is_tested = live.coarse_contact || live.exact_contact;
@@ -43,6 +52,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         if (!is_tested) state.instruments[i].kept_inside = false;
         if (report.exact_ran || is_solved_with_another(model, rods, i) || !is_tested) continue;
         follow_wall(model, model.instruments[i].lumen, state, rods, &budget);
+        if (may_be_carried(model, i, rods) && !budget.response_fits() && carry_response(model, i, state, rods, report, budget)) continue;
         solve_between_walls(model, i, state, rods, budget);
         bool penetrates = penetrates_wall(model, i, state, rods);
         for (unsigned round = 0; penetrates && round < kMostPlaneRounds; ++round) {
@@ -97,7 +107,8 @@ void resolve_instruments(const SceneModel& model, const EffectSet& live, State& 
     for (std::size_t i = 0; i < model.instruments.size(); ++i) report_presses(i, state, report);
     report_rods(model, state, rods, report);
     check_rods(model, rods, report);
-    if (!coarse_answer || report.exact_forced) phase.forget();
+    if (!coarse_answer || report.exact_forced || report.carried_instruments > 0) phase.forget();
+    budget.end_response();
 }
 
 void list_contacts(const SceneModel& model, const State& state, std::span<const Contact> coarse, StepReport& report,

@@ -17,6 +17,8 @@ enum class DecisionKind : std::uint8_t {
     Cull,    // 1: image-space culling filters the candidates of the continuous tests first
     Surfaces, // units of a grant for the surfaces of solids
     Rows,     // places times iterations that solves of contact may take in the step
+    Response, // 1: instruments are solved between planes of where their walls are now
+    Places,   // of instruments, whose planes are made anew where that does not fit
 };
 
 struct Decision {

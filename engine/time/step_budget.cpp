@@ -15,7 +15,7 @@ constexpr std::uint64_t kLargestGrant = 4096;
 constexpr double kGrantShare = 0.125;
 constexpr std::uint64_t kSmallestShare = 8;
 /// Grants that spent less measure the clock more than the tests: they update no rate.
-constexpr std::uint64_t kSmallestLesson = 32;
+constexpr std::uint64_t kSmallestLesson = 32, kFewPlaces = 8;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.
@@ -217,6 +217,35 @@ void StepBudget::settle_surfaces(const WorkBudget& grant) noexcept {
     if (!granted_piece_) return;
     if (surfaces_measured_ == 0) surface_last_.fill(measured);
     surface_last_[surfaces_measured_++ % surface_last_.size()] = measured;
+}
+
+bool StepBudget::response_fits() {
+    if (limits_.mode != BudgetMode::Wall) return !grants_nothing();
+    return tape_.decide(DecisionKind::Response, [&]() -> std::uint64_t {
+        tries_response_ = false;
+        if (forecast(StepPart::Respond).recent_s() <= left_s()) return 1;
+        if (++carried_steps_ < patience_) return 0;
+        carried_steps_ = 0;
+        patience_ = std::min(2 * patience_, kMostPatience);
+        tries_response_ = true;
+        return 1;
+    }) != 0;
+}
+
+void StepBudget::end_response() noexcept {
+    if (tries_response_ && !overrun()) patience_ = kLeastPatience;
+}
+
+std::uint64_t StepBudget::grant_places(std::uint64_t wanted) {
+    if (limits_.mode != BudgetMode::Wall) return grants_nothing() ? 0 : wanted;
+    return tape_.decide(DecisionKind::Places, [&]() -> std::uint64_t {
+        const double left = std::max(0.0, left_s() - kMargin * limits_.wall_s);
+        return std::min(wanted, static_cast<std::uint64_t>(left / plane_s_per_place_));
+    });
+}
+
+void StepBudget::learn_places(StepPart part, std::uint64_t count) noexcept {
+    if (count >= kFewPlaces) learn(plane_s_per_place_, part_took_s_[static_cast<std::size_t>(part)] / static_cast<double>(count), kFallingDescent, 1.0);
 }
 
 WorkBudget StepBudget::grant_rows() {

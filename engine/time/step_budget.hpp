@@ -26,8 +26,9 @@ enum class StepPart : std::uint8_t {
     Skin,    // the boxes of an instrument's skin, before its continuous tests
     Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
     Holds,    // of solids: places made of what was found, and of what was left
+    Renew,    // planes of some places of an instrument, for the next step's look ahead
 };
-inline constexpr std::size_t kStepPartCount = 10;
+inline constexpr std::size_t kStepPartCount = 11;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
@@ -108,6 +109,15 @@ public:
     [[nodiscard]] WorkBudget grant_descent(std::uint64_t at_least = 1);
     void settle_descent(const WorkBudget& grant) noexcept;
 
+    /// Instruments between their walls without an exact answer, in whole: does it fit, by what it cost lately? Where it does not it is tried
+    /// again after a while, and after twice that where the try overran. In mode Work it always does, but under no units at all.
+    [[nodiscard]] bool response_fits();
+    void end_response() noexcept;
+    /// Places whose planes there is time for, of so many.
+    [[nodiscard]] std::uint64_t grant_places(std::uint64_t wanted);
+    /// That were made in the last such part, Planes or Renew.
+    void learn_places(StepPart part, std::uint64_t count) noexcept;
+
     /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
     /// In mode Wall all parts but the tests are measured by themselves (Walls, Planes, solves, Skin); in mode Work they cost what is
     /// declared.
@@ -132,7 +142,9 @@ public:
     [[nodiscard]] DecisionTape& tape() noexcept { return tape_; }
 
 private:
+    [[nodiscard]] bool grants_nothing() const noexcept { return limits_.mode == BudgetMode::Work && limits_.work_units == 0; }
     static constexpr std::uint64_t kTimedPlaces = 24;
+    static constexpr unsigned kLeastPatience = 4, kMostPatience = 2048; // steps
     /// Of the budget: what follows the surfaces is no steadier than that.
     static constexpr double kMargin = 0.08;
     void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
@@ -160,6 +172,9 @@ private:
     std::array<std::int64_t, kStepPartCount> part_start_ns_{};
     std::array<double, kStepPartCount> part_took_s_{};     // the last time
     double list_s_per_pair_ = 50e-9, hold_s_per_pair_ = 50e-9; // s
+    double plane_s_per_place_ = 3e-6;                          // s, likewise
+    unsigned carried_steps_ = 0, patience_ = kLeastPatience;   // without a response; until one is tried
+    bool tries_response_ = false;
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
     double piece_s_per_unit_ = 100e-9;   // s, of what is done in one piece
@@ -174,7 +189,8 @@ private:
     unsigned refusals_ = 0;                 // steps in a row without an exact stage for want of time; retries() stays until one fails
     std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
                                                     CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
-                                                    CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{}};
+                                                    CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{},
+                                                    CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
     CostForecast steady_;   // Walls, Planes and solves of a step together: that one of them is held up says nothing of the others

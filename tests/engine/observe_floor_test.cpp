@@ -6,6 +6,7 @@
 #include "engine/state/state_bytes.hpp"
 #include "observe_fixture.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 namespace trocar::engine::test {

@@ -72,6 +72,8 @@ MUTANTS = [
            "return along * along * give > rod_;", "return along * along * give > 1e9 * rod_;", "engine", "RodInTissue.*"),
     Mutant("felt-forgotten", "a rod's solve knows nothing of what the tissue felt", "engine/step/instrument/wall_planes.cpp",
            "now.planes[k].felt += felt;", "now.planes[k].felt += 0.0 * felt;", "engine", "RodInTissue.*"),
+    Mutant("carried-for-ever", "where there is no time the same places get new planes in every step, the others never", "engine/step/instrument/carry_response.cpp",
+           "(slot + state.step) % kStagger == 0", "slot % kStagger == 0", "engine", "CarriedResponse.*"),
     Mutant("answer-halved", "the tissue feels half of what the rod's answer says", "engine/step/instrument/wall_exchange.cpp",
            "Vec3(pushed + push.felt - push.force)", "Vec3(pushed + push.felt - 0.5 * push.force)", "engine", "RodInTissue.*"),
     Mutant("given-unsearched", "how a place of the wall gives is found without a line search", "fem/rod/rod_contact.hpp",

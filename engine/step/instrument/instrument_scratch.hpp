@@ -21,6 +21,7 @@ namespace trocar::engine {
 struct WallPush {
     Index node = 0;
     double weight = 0.0;
+    std::uint8_t side = 0;
     WallPress press;
     double give = 0.0;                                                   // m/N
     bool is_rigid = false;                                               // the rod felt it so
@@ -47,6 +48,8 @@ struct InstrumentScratch {
     fem::RodReport rod_report;
     std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
     std::vector<WallPress> last_presses;    // [last_planes]
+    std::vector<fem::RodPlane> carried_planes; // those that go on, while others are made anew: see carry_response
+    std::vector<WallPress> carried_presses;    // [carried_planes]
     std::vector<WallPush> pushes;           // in the order of their places
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     fem::SelfContact self;    // of this step
@@ -62,6 +65,7 @@ struct InstrumentScratch {
     std::optional<fem::RodClamp> clamp; // at the step's end
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::span<const spheretree::LinkStatus> proven; // [links] what the traversal of this step proved of its links; empty: nothing
+    std::vector<std::uint8_t> fresh;   // [2 node_count] their planes are made anew
     std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not measured; empty: nothing was, in this step
     collision::DopTree tree;           // of the skin, swept over the step
     ExactForecast forecast;

@@ -101,14 +101,25 @@ void add_to_descent(const SceneModel& model, std::size_t instrument, State& stat
 [[nodiscard]] collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
                                                    const RodsScratch& rods);
 
+/// Of InstrumentScratch::wall_distance: midway along a segment (weight 0.5) and at its end (1).
+[[nodiscard]] inline std::size_t slot_of(Index node, double weight) noexcept { return 2 * std::size_t{node} + (weight < 1.0 ? 0 : 1); }
+
+/// The first node whose segment may meet the wall in this step.
+[[nodiscard]] Index first_walled_node(const SceneModel& model, std::size_t instrument, const RodsScratch& rods);
+
+/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
+[[nodiscard]] bool proven_free(const SceneModel& model, std::size_t instrument, Index node, double weight, const RodsScratch& rods);
+
 /// Both of a coaxial pair, as below.
-void plane_from_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
+std::size_t plane_from_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
 /// the wall where it stands at the end. follow_wall must have been called.
-/// reach   m; triangles at most this far beyond the clearance get a plane
-void plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
+/// reach    m; triangles at most this far beyond the clearance get a plane
+/// partly   only places that are InstrumentScratch::fresh, seen from where the rod has come to; the others keep the planes that they have
+/// Returns how many places it made planes for.
+std::size_t plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach, bool partly = false);
 
 /// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
 [[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);

@@ -65,6 +65,7 @@ Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& pr
 std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& push) {
     const fem::RodPlane& first = now.planes[from];
     push = WallPush{.node = first.node, .weight = first.weight};
+    push.side = first.side;
     double hardest = 0.0;
     std::size_t k = from;
     for (; k < now.planes.size() && are_of_one_side(now.planes[k], first); ++k) {
@@ -135,6 +136,13 @@ void push_wall(const SceneModel& model, std::size_t lumen, const WallPush& push,
 
 } // namespace
 
+Vec3 find_wall_way(const SceneModel& model, std::size_t lumen, const WallPress& press, const State& state, const RodsScratch& rods) {
+    const Triangle& t = model.bodies[lumen].surface.triangles[press.triangle];
+    Vec3 way = Vec3::Zero();
+    for (std::size_t c = 0; c < 3; ++c) way += press.bary[c] * (state.bodies[lumen].surface[t[c]] - rods.walls[lumen].surface_t0[t[c]]);
+    return way;
+}
+
 double find_wall_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const RodsScratch& rods) noexcept {
     const BodyModel& wall = model.bodies[lumen];
     if (!wall.host_body || !rods.tissue_moves || press.triangle == kNoIndex) return 0.0;
@@ -159,6 +167,25 @@ void move_planes(const SceneModel& model, State& state) {
         }
         now.planes.resize(kept);
         now.presses.resize(kept);
+    }
+}
+
+void carry_planes(const SceneModel& model, std::size_t index, State& state, const RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentScratch& scratch = rods.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    if (!model.bodies[instrument.lumen].moves()) return;
+    const bool went_ahead = rods.tissue_moves && model.bodies[instrument.lumen].host_body; // see move_planes
+    for (std::size_t k = 0, last = 0; k < now.planes.size(); ++k, ++last) {
+        while (went_ahead && !(scratch.last_presses[last].give > 0.0)) ++last;
+        fem::RodPlane& plane = now.planes[k];
+        plane.offset = scratch.last_planes[last].offset + plane.normal.dot(find_wall_way(model, instrument.lumen, now.presses[k], state, rods));
+        plane.felt.setZero();
+    }
+    for (const WallPush& push : scratch.pushes) {
+        const Vec3 felt = felt_of(push, find_wall_way(model, instrument.lumen, push.press, state, rods));
+        for (fem::RodPlane& plane : now.planes)
+            if (plane.node == push.node && plane.weight == push.weight && plane.side == push.side) plane.felt += felt;
     }
 }
 

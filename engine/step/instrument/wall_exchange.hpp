@@ -30,6 +30,12 @@ namespace trocar::engine {
 /// tissue felt: forces of a rod between rigid planes are not the tissue's.
 void move_planes(const SceneModel& model, State& state);
 
+/// m, of a wall's place in this step.
+[[nodiscard]] Vec3 find_wall_way(const SceneModel& model, std::size_t lumen, const WallPress& press, const State& state, const RodsScratch& rods);
+
+/// Planes of the look ahead to where their walls have gone, with what the tissue felt at the step's end.
+void carry_planes(const SceneModel& model, std::size_t index, State& state, const RodsScratch& rods);
+
 /// What presses in the look ahead becomes springs on the coarse nodes that carry the walls, for this step's integration.
 void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodies, RodsScratch& rods);
 

@@ -283,12 +283,15 @@ Index link_at(const SceneModel& model, std::size_t index, Index node, double wei
     return 2 * ahead + (weight < 1.0 ? 1 : 0);
 }
 
-/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
+} // namespace
+
 bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const RodsScratch& rods) {
     const std::span<const spheretree::LinkStatus> status = rods.instruments[index].proven;
     const Index link = link_at(model, index, node, weight);
     return link < status.size() && status[link] == spheretree::LinkStatus::Free;
 }
+
+namespace {
 
 /// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
 /// farther than that: pushed back at its middle, a rod swings at its ends.
@@ -318,9 +321,6 @@ double find_clearance(const SceneModel& model, std::size_t index, const NearList
     return std::min(model.contact.clearance, 0.5 * std::max(0.0, 0.5 * (room + across) - radius));
 }
 
-/// Of InstrumentScratch::wall_distance.
-std::size_t slot_of(Index node, double weight) noexcept { return 2 * std::size_t{node} + (weight < 1.0 ? 0 : 1); }
-
 /// Is the wall nearer to p than `radius`, or p up to `reach` behind it? Beside an edge the side is that of one of its faces: good enough to
 /// ask for the exact stage, not to replace it.
 bool wall_is_near(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, const Vec3& p, double radius,
@@ -342,32 +342,75 @@ bool wall_is_near(const SceneModel& model, std::size_t body, const State& state,
 
 } // namespace
 
-void plane_from_wall(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
+Index first_walled_node(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
+    const fem::RodModel& rod = model.instruments[index].rod;
+    const double insertion = rods.instruments[index].command.insertion;
+    Index first = fem::first_inserted_node(rod, insertion);
+    if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
+        first = std::max(first, fem::first_free_node(rod, insertion, rods.instruments[*model.instruments[index].inside].command.insertion));
+    return first > 0 ? first - 1 : 0;
+}
+
+/// The planes of places that are not made anew go on, in the order of their places; those of corrections, at the end, belong to such places as well.
+class CarriedPlanes {
+public:
+    explicit CarriedPlanes(const InstrumentScratch& scratch) noexcept : planes_(scratch.carried_planes), presses_(scratch.carried_presses) {
+        while (sorted_ < planes_.size() && (sorted_ == 0 || !(place_of(sorted_) < place_of(sorted_ - 1)))) ++sorted_;
+    }
+    void take(Index node, double weight, InstrumentState& now) {
+        while (at_ < sorted_ && place_of(at_) < std::pair(node, weight)) ++at_;
+        for (; at_ < sorted_ && place_of(at_) == std::pair(node, weight); ++at_) add(at_, now);
+    }
+    /// fresh   [2 node_count]
+    void take_rest(std::span<const std::uint8_t> fresh, InstrumentState& now) {
+        for (std::size_t k = sorted_; k < planes_.size(); ++k)
+            if (fresh[slot_of(planes_[k].node, planes_[k].weight)] == 0) add(k, now);
+    }
+
+private:
+    [[nodiscard]] std::pair<Index, double> place_of(std::size_t k) const noexcept { return {planes_[k].node, planes_[k].weight}; }
+    void add(std::size_t k, InstrumentState& now) const {
+        now.planes.push_back(planes_[k]); // reserved
+        now.presses.push_back(presses_[k]);
+    }
+    std::span<const fem::RodPlane> planes_;
+    std::span<const WallPress> presses_;
+    std::size_t sorted_ = 0, at_ = 0;
+};
+
+std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach, bool partly) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentState& own = state.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
-    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, rods);
+    const collision::SurfaceMotion start = wall_before(model, instrument.lumen, state, rods), whole = wall_motion(model, instrument.lumen, state, rods);
+    const collision::SurfaceMotion before = partly ? collision::SurfaceMotion{whole.topology, whole.t1, whole.t1} : start;
     const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
     collision::DopTree& tree = rods.walls[instrument.lumen].tree;
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index nodes = static_cast<Index>(instrument.rod.node_count());
-    Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
-    if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
-        first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
-                                                     rods.instruments[*instrument.inside].command.insertion));
     const collision::SurfaceMotion motion = wall_motion(model, instrument.lumen, state, rods);
-    LastPlanes last(scratch.last_planes, scratch.last_presses, scratch.pushes, motion, scratch.taken);
+    if (partly) scratch.carried_planes = own.planes, scratch.carried_presses = own.presses; // reserved
+    CarriedPlanes carried(scratch);
+    LastPlanes last(partly ? scratch.carried_planes : scratch.last_planes, partly ? scratch.carried_presses : scratch.last_presses, scratch.pushes, motion,
+                    scratch.taken);
     Yielding yielding(model, index, state, rods);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
     double nearest = 0.0;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node) {
+    std::size_t made = 0;
+    const std::vector<Vec3>& from = partly ? own.rod.position : scratch.rod_t0.position;
+    for (Index node = first_walled_node(model, index, rods); node + 1 < nodes; ++node) {
         yielding.come_to(node);
         for (const double weight : {0.5, 1.0}) {
-            if (proven_free(model, index, node, weight, rods)) continue;
-            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+            if (partly && scratch.fresh[slot_of(node, weight)] == 0) {
+                carried.take(node, weight, own);
+                continue;
+            }
+            if (!partly && proven_free(model, index, node, weight, rods)) continue;
+            ++made;
+            const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1];
             list.clear();
             nearest = room + reach;
             collision::for_each_close_triangle(
@@ -379,17 +422,21 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
                     const Vec3 normal = (p - on.point) / distance;
-                    list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
+                    list.add({id, normal.dot(p - now), normal, on.point, now, (now - point_on(before.topology->triangles[id], on.bary, start.t1)) / model.step_s, on.bary});
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
             add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
     }
+    if (partly) carried.take_rest(scratch.fresh, own);
+    return made;
 }
 
-void plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
-    for (const std::size_t one : solved_with(model, rods, index)) plane_from_wall(model, one, state, rods, reach);
+std::size_t plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
+    std::size_t made = 0;
+    for (const std::size_t one : solved_with(model, rods, index)) made += plane_from_wall(model, one, state, rods, reach);
+    return made;
 }
 
 double longest_approach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
@@ -461,8 +508,9 @@ void keep_within_reach(const SceneModel& model, std::size_t index, State& state,
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
     for (double reach = suggest_plane_reach(model, index, state, rods);; reach = farthest_reach(model, index, rods)) {
         Phase phase(budget, StepPart::Planes);
-        plane_from_walls(model, index, state, rods, reach);
+        const std::size_t made = plane_from_walls(model, index, state, rods, reach);
         phase.end();
+        budget.learn_places(StepPart::Planes, made);
         budget.begin_solve();
         solve_instrument(model, index, state, rods);
         budget.end_solve();
