@@ -86,7 +86,7 @@ TEST(GrantRecord, OfAnotherKindOrVersionSaysSo) {
     const auto foreign = parse_grant_record("{\"a\": 1}\n", "x.json");
     ASSERT_FALSE(foreign.ok());
     EXPECT_NE(foreign.error().to_string().find("x.json:1"), std::string::npos);
-    const auto newer = parse_grant_record("trocar-grants 4\n", "x.txt");
+    const auto newer = parse_grant_record("trocar-grants 5\n", "x.txt");
     ASSERT_FALSE(newer.ok());
     EXPECT_NE(newer.error().message.find("another version"), std::string::npos);
     EXPECT_FALSE(parse_grant_record("", "x.txt").ok());

@@ -422,7 +422,8 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
                     const Vec3 normal = (p - on.point) / distance;
-                    list.add({id, normal.dot(p - now), normal, on.point, now, (now - point_on(before.topology->triangles[id], on.bary, start.t1)) / model.step_s, on.bary});
+                    const Vec3 was = partly ? point_on(before.topology->triangles[id], on.bary, start.t1) : on.point;
+                    list.add({id, normal.dot(p - now), normal, on.point, now, (now - was) / model.step_s, on.bary});
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
             add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
