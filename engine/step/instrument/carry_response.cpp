@@ -14,7 +14,7 @@ namespace {
 /// One of so many places gets new planes, whatever the time. With 3 the demo's rod leaves its lumen: on its way through a bend a place goes by
 /// up to kDriveReach in a step, and finds walls that its planes do not tell of.
 constexpr std::size_t kStagger = 2;
-/// Of the radius: nearer to its wall no place is left.
+/// Of the radius: nearer to its wall no place is left, and one that came farther than that in a step is tested for where it went.
 constexpr double kDeepest = 0.8;
 /// m; a rod that is driven farther than this in a step is answered in whole: planes that are two steps old know nothing of where it is then.
 constexpr double kCarriedAdvance = 0.5e-3;
@@ -41,6 +41,10 @@ std::size_t choose_places(const SceneModel& model, std::size_t index, const Stat
 bool carry_response(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report, StepBudget& budget) {
     for (const std::size_t one : solved_with(model, rods, index))
         if (std::abs(state.instruments[one].rod.insertion - rods.instruments[one].rod_t0.insertion) > kCarriedAdvance) return false;
+    for (const std::size_t one : solved_with(model, rods, index)) {
+        const double radius = model.instruments[one].rod.design.radius;
+        if (has_swept_into_wall(model, one, kDeepest * radius, (1.0 - kDeepest) * radius, state, rods)) return false;
+    }
     std::size_t carried = 0;
     for (const std::size_t one : solved_with(model, rods, index)) {
         InstrumentState& now = state.instruments[one];

@@ -121,6 +121,10 @@ std::size_t plane_from_walls(const SceneModel& model, std::size_t instrument, St
 /// Returns how many places it made planes for.
 std::size_t plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach, bool partly = false);
 
+/// Is a place that came farther than `way` in this step, m, beyond its wall now, or deeper in it than `depth`, m? Planes may not have told of what
+/// it has met.
+[[nodiscard]] bool has_swept_into_wall(const SceneModel& model, std::size_t instrument, double way, double depth, const State& state, RodsScratch& rods);
+
 /// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
 [[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
 

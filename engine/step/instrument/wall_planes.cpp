@@ -412,11 +412,13 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
             ++made;
             const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1];
             list.clear();
+            bool behind = false;
             nearest = room + reach;
             collision::for_each_close_triangle(
                 tree, before, p, room + reach,
                 [&](Index id, const PointOnTriangle& on) {
                     const double distance = std::sqrt(on.distance_sq);
+                    if (partly && distance < nearest) behind = twice_area(before.topology->triangles[id], before.t1).dot(p - on.point) > 0.0;
                     nearest = std::min(nearest, distance);
                     if (!(distance > 0.0)) return;
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
@@ -427,11 +429,23 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
             add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
-            scratch.wall_distance[slot_of(node, weight)] = nearest;
+            scratch.wall_distance[slot_of(node, weight)] = behind ? 0.0 : nearest;
         }
     }
     if (partly) carried.take_rest(scratch.fresh, own);
     return made;
+}
+
+bool has_swept_into_wall(const SceneModel& model, std::size_t index, double way, double depth, const State& state, RodsScratch& rods) {
+    const std::vector<Vec3>&from = rods.instruments[index].rod_t0.position, &to = state.instruments[index].rod.position;
+    const double radius = model.instruments[index].rod.design.radius;
+    for (Index node = first_walled_node(model, index, rods); node + 1 < to.size(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1], q = (1.0 - weight) * to[node] + weight * to[node + 1];
+            const double came = std::sqrt((q - p).squaredNorm());
+            if (came > way && wall_is_near(model, model.instruments[index].lumen, state, rods, q, radius - depth, radius + came)) return true;
+        }
+    return false;
 }
 
 std::size_t plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
