@@ -54,9 +54,11 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
 Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside) {
     const std::string extension = mesh_extension(path);
     if (beside != nullptr) *beside = {};
-    if (extension == ".node") return read_pair(path, partner(path, ".ele"));
-    if (extension == ".ele") return read_pair(partner(path, ".node"), path);
-    return parse(path, extension, beside);
+    Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"))
+                           : extension == ".ele" ? read_pair(partner(path, ".node"), path)
+                                                 : parse(path, extension, beside);
+    if (mesh && mesh->tets.empty()) return Error{ErrorCode::BadMesh, "holds cells, but none of four corners or more that differ", path.string()};
+    return mesh;
 }
 
 } // namespace trocar::engine

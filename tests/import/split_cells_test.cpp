@@ -154,6 +154,12 @@ TEST_F(SplitCellsTest, AnImportedOrganSaysWhatWasSplit) {
     EXPECT_NEAR(1e9 * signed_volume(organ->surface), 50.0 * 50.0 * 50.0 + 50.0 * 50.0 * 30.0 / 3.0, 1e-6);
 }
 
+TEST_F(SplitCellsTest, CellsWhoseCornersAllCoincideAreNoMesh) {
+    const Result<TetMesh> mesh = read_tets(write("point.mesh", "MeshVersionFormatted 1\nDimension 3\nVertices\n1\n0 0 0 0\nHexahedra\n1\n1 1 1 1 1 1 1 1 0\nEnd\n"));
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_NE(mesh.error().to_string().find("none of four corners or more that differ"), std::string::npos) << mesh.error().to_string();
+}
+
 TEST_F(SplitCellsTest, CornersThatAreNotThereAreRefusedWithTheirCell) {
     const std::filesystem::path file = write("bad.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 5 2 0 1 1 1 1 1 1 1 1 9\n$EndElements\n");
     const Result<TetMesh> mesh = read_tets(file);

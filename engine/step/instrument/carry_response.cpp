@@ -12,7 +12,7 @@ namespace trocar::engine {
 namespace {
 
 /// One of so many places gets new planes, whatever the time. With 3 the demo's rod leaves its lumen: on its way through a bend a place goes by
-/// up to kDriveReach in a step, and finds walls that its planes do not tell of.
+/// up to kCarriedAdvance in a step, and finds walls that its planes do not tell of.
 constexpr std::size_t kStagger = 2;
 /// Of the radius: nearer to its wall no place is left, and one that came farther than that in a step is tested for where it went.
 constexpr double kDeepest = 0.8;
@@ -69,7 +69,7 @@ bool carry_response(const SceneModel& model, std::size_t index, State& state, Ro
             }
     }
     report.carried_places += carried;
-    for ([[maybe_unused]] const std::size_t one : solved_with(model, rods, index)) ++report.carried_instruments;
+    report.carried_instruments += static_cast<unsigned>(solved_with(model, rods, index).count);
     return true;
 }
 
