@@ -34,6 +34,7 @@ struct Command {
 [[nodiscard]] Command add_episode_command(CLI::App& app);
 [[nodiscard]] Command add_score_command(CLI::App& app);
 [[nodiscard]] Command add_schema_command(CLI::App& app);
+[[nodiscard]] Command add_devices_command(CLI::App& app);
 [[nodiscard]] Command add_sweep_command(CLI::App& app);
 [[nodiscard]] Command add_sweep_worker_command(CLI::App& app); // what a sweep runs on this machine or another
 [[nodiscard]] Command add_import_command(CLI::App& app);

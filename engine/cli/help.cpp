@@ -30,6 +30,7 @@ constexpr Example kExamples[] = {
     {"ccd", "ccd queries.csv"},
     {"contacts", "contacts before.obj after.obj --out contacts.csv"},
     {"schema", "schema > scene.schema.json"},
+    {"devices", "devices cobra_2"},
     {"episode", "episode assets/scenes/aortic_arch.json --policy advance --seed 3 --out out/arch"},
     {"score", "score out/episode --force-limit 0.5"},
     {"sweep", "sweep assets/sweeps/patients.json --out out/sweep --jobs 2 --collect table.csv"},

@@ -118,7 +118,7 @@ int run_program(int argc, char** argv) {
     const Command commands[] = {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
-        add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
+        add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),   add_devices_command(app),
         add_episode_command(app), add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app), add_import_command(app), add_film_command(app),
         add_docs_command(app),
     };

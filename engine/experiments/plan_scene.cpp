@@ -3,11 +3,13 @@
 #include "engine/prepare/way_shape.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/step/instrument/script.hpp"
+#include "fem/rod/tip_arcs.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -22,8 +24,15 @@ constexpr double kRoundTime = 60.0;
 /// Times its radius: a lumen that is narrower holds an instrument fast.
 constexpr double kTight = 1.5;
 
+/// Places of a tip's curve that are tried for how far it reaches aside.
+constexpr std::size_t kReachPoints = 100;
+
 double reach_of(const fem::RodDesign& design) noexcept {
-    return design.tip == fem::TipShape::Straight ? 0.0 : tip_reach(design.tip_length, design.tip_angle);
+    if (design.tip == fem::TipShape::Straight) return 0.0;
+    if (design.tip != fem::TipShape::Curve) return tip_reach(design.tip_length, design.tip_angle);
+    double reach = 0.0;
+    for (const Vec3& p : fem::draw_arcs(design.arcs, kReachPoints)) reach = std::max(reach, std::hypot(p.x(), p.y()));
+    return reach;
 }
 
 std::string say_what_helps(const WayPlace& place, unsigned attempts, const fem::RodDesign& design) {

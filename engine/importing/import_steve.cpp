@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 constexpr double kKiloPascal = 1e-3;  // MPa
 constexpr double kPerCubicMm = 1e9;   // kg/m^3 of 1 kg/mm^3
 constexpr double kDensest = 23000.0;  // kg/m^3
+constexpr double kLightest = 500.0;   // kg/m^3
 /// mm: at the start this much of a device is in.
 constexpr double kInserted = 10.0;
 
@@ -65,20 +66,18 @@ std::string steve_instrument_text(const SteveDevice& d, std::string_view wire_in
         notes.push_back(fmt::format("{}: its bore of {:g} mm is as wide as itself, it has no cross-section; taken as solid instead", d.name, d.bore));
         bore = 0.0;
     }
-    // A tube bends as a solid rod of this modulus: (1 - (bore / diameter)^4) of it; its mass is spread likewise.
-    const double ratio = bore / d.diameter, stiff = 1.0 - std::pow(ratio, 4.0), heavy = 1.0 - ratio * ratio;
-    const double modulus = kKiloPascal * d.modulus * stiff;
-    double density = kPerCubicMm * d.density * heavy;
+    double density = kPerCubicMm * d.density;
     if (density > kDensest) notes.push_back(fmt::format("{}: {:.0f} kg/m^3 is denser than any metal; taken as {:g}", d.name, density, kDensest)), density = kDensest;
-    if (density < 500.0) notes.push_back(fmt::format("{}: {:.0f} kg/m^3 over its whole section; taken as 500", d.name, density)), density = 500.0;
+    if (density < kLightest) notes.push_back(fmt::format("{}: {:.0f} kg/m^3 is lighter than any polymer; taken as {:g}", d.name, density, kLightest)), density = kLightest;
+    const std::string section = bore > 0.0 ? fmt::format("\"inner_radius\": {:.6g}, ", 0.5 * bore) : std::string();
     const double tip_ratio = std::pow(d.tip_diameter / d.diameter, 4.0) * d.tip_modulus / d.modulus;
     std::string tip = "{\"shape\": \"straight\"}";
     if (d.tip_angle > 0.0)
         tip = fmt::format("{{\"shape\": \"J\", \"length\": {:.6g}, \"angle\": {:.6g}, \"stiffness\": {:.4g}}}", d.tip_radius * d.tip_angle, d.tip_angle,
                           std::clamp(tip_ratio, 1e-3, 10.0));
-    return fmt::format("        \"{}\": {{\n            {}\"length\": {:g}, \"radius\": {:.6g}, \"young_modulus\": {:.6g}, \"density\": {:.6g}, \"friction\": {:g},\n"
+    return fmt::format("        \"{}\": {{\n            {}\"length\": {:g}, \"radius\": {:.6g}, {}\"young_modulus\": {:.6g}, \"density\": {:.6g}, \"friction\": {:g},\n"
                        "            \"tip\": {}, \"segment\": 2.5, \"skin_triangles\": 4000,\n            {}\n        }}",
-                       d.name, wire_in.empty() ? std::string() : fmt::format("\"inside\": \"{}\", ", wire_in), d.length, 0.5 * d.diameter, modulus, density,
+                       d.name, wire_in.empty() ? std::string() : fmt::format("\"inside\": \"{}\", ", wire_in), d.length, 0.5 * d.diameter, section, kKiloPascal * d.modulus, density,
                        std::max(d.friction, 0.0), tip, place);
 }
 

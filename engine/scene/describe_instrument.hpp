@@ -15,8 +15,9 @@ struct TipKeys {
             {"tip", "The shaped distal part.", "", "shape"},
             key(s.tip,
                 choice_field<Shape>(
-                    "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
-                    "At rest. A straight tip is as stiff as the shaft, unless the instrument's key stiffness says otherwise.")),
+                    "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}, {"curve", Shape::Curve}},
+                    "At rest. A straight tip is as stiff as the shaft, unless the instrument's key stiffness says otherwise. A curve is told by "
+                    "arcs or points.")),
             key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 1.0, false, 2e-3, 0.3, "shaped tips are 2 to 150 mm long, coils up to 300"},
                                            "Of the shaped part; a pigtail's is 40 mm when absent.")
                                   .when({"J", "simmons", "pigtail"})),
@@ -25,8 +26,22 @@ struct TipKeys {
                              "Total bend of the shaped part; a pigtail's is 6 rad when absent. A coil is a pigtail of many turns.")
                     .when({"J", "simmons", "pigtail"})),
             key(s.tip_stiffness,
-                number_field("stiffness", Dimension::None, above(0.0, 10.0), "Modulus of the shaped part over the shaft's.")
-                    .when({"J", "simmons", "pigtail"})));
+                number_field("stiffness", Dimension::None, above(0.0, 10.0), "Modulus of the shaped part over the shaft's; a curve's is 1 when absent.")
+                    .when({"J", "simmons", "pigtail", "curve"})),
+            custom_key(value_field("arcs",
+                                   rows_value({{"length", Dimension::Length, above(0.0, 0.5)},
+                                               {"angle", Dimension::Angle, between(-200.0, 200.0)},
+                                               {"plane", Dimension::Angle, between(-10.0, 10.0)}},
+                                              1, 1000),
+                                   "Rows [length, angle, plane] from the shaft to the tip: straight pieces (angle 0) and arcs. Plane is the side "
+                                   "to which an arc turns, about the rod's axis: 0 everywhere is a flat shape, and a negative angle turns back.")
+                           .when({"curve"}),
+                       read_arcs, s.arcs),
+            custom_key(value_field("points", rows_value({{"x", Dimension::Length, coordinate()}, {"y", Dimension::Length, coordinate()}, {"z", Dimension::Length, coordinate()}}, 3, 1000),
+                                   "In place of arcs: places on the tip's line from the shaft to the tip, in any frame. A spline goes through them; "
+                                   "the handle at 0 turns the last one to where a J points.")
+                           .when({"curve"}),
+                       kReadApart));
     }
 };
 
@@ -121,20 +136,33 @@ struct InstrumentKeys {
         auto& rod = s.design;
         return described(
             {"instrument", "A catheter or guide wire."},
+            custom_key(text_field("device", "What it begins as: a name of the catalogue, which `trocar devices` lists, or a device file, FILE.json. The "
+                                            "other keys replace those of the device one by one."),
+                       kReadApart, s.device, s.device_file),
             key(s.kind, choice_field("kind", {"rod", "mass_spring"},
                                      "rod: bending and stretch, solved implicitly. mass_spring: the mass-spring chain of Govindaraju et "
                                      "al. 2005, with as many explicit sub-steps as its stiffness asks for.")),
             key(rod.length, number_field("length", Dimension::Length,
                                          {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
-                                         "Of the whole instrument.")
-                                .required()),
+                                         "Of the whole instrument. Needed without a device.")
+                                .default_in_doc()),
             key(rod.radius, number_field("radius", Dimension::Length,
-                                         {5e-5, 0.02, false, 1e-4, 5e-3, "guide wires from 0.1 mm, catheters up to 5 mm"}, "Outer.")
-                                .required()),
+                                         {5e-5, 0.02, false, 1e-4, 5e-3, "guide wires from 0.1 mm, catheters up to 5 mm"}, "Outer. Needed without a device.")
+                                .default_in_doc()),
+            key(s.inner_radius, number_field("inner_radius", Dimension::Length, between(0.0, 0.02),
+                                             "Of the bore. It bends, stretches, twists and weighs as the tube does; a wire in it must be thinner.")),
+            custom_key(value_field("layers",
+                                   rows_value({{"outer_radius", Dimension::Length, above(0.0, 0.02)},
+                                               {"young_modulus", Dimension::Pressure, between(1e5, 6e11)},
+                                               {"density", Dimension::Density, between(500.0, 23000.0)}},
+                                              1, 20),
+                                   "Rows [outer radius, Young's modulus, density] from the inside out, in place of young_modulus and density; "
+                                   "the last one ends at radius."),
+                       read_layers, s.layers),
             key(rod.young_modulus,
                 number_field("young_modulus", Dimension::Pressure,
                              {1e5, 6e11, false, 1e6, 4.2e11, "polymers are 1 MPa to 4 GPa, nitinol 30 to 80 GPa, steel 200 GPa"},
-                             "Of the solid circular section.")),
+                             "Of its material.")),
             key(rod.poisson_ratio,
                 number_field("poisson_ratio", Dimension::None, {-1.0, 0.5, true, 0.2, 0.5, "metals are 0.3, polymers 0.35 to 0.5"},
                              "With the effect twist: the shear modulus is E / (2 + 2 nu).")),
@@ -150,6 +178,13 @@ struct InstrumentKeys {
                                            "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
                                           "Mass per volume.")),
             part_key<TipKeys>(rod, object_field("tip", table_of<TipKeys>(), "Shape of the distal end.")),
+            custom_key(value_field("coating",
+                                   rows_value({{"from_tip", Dimension::Length, between(0.0, kLongestRod)},
+                                               {"factor", Dimension::None, between(1e-3, 1e3)}},
+                                              1, 1000),
+                                   "Rows [arc length from the tip, factor of the friction against walls], linear between them and held beyond: "
+                                   "a hydrophilic tip."),
+                       read_coating, rod.coating),
             key(s.friction, number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
                                          "Coulomb's mu against every wall.")),
             key(s.self_contact, flag_field("self_contact", "Whether the rod touches itself, where the scene has that effect. A rod in another's bore or "
@@ -188,7 +223,7 @@ struct InstrumentKeys {
                        kReadApart, s.path, s.path_file),
             object_key<FollowKeys>(s.follow,
                                    object_field("follow", table_of<FollowKeys>(), "Instead of a path: drives to a target by itself.")),
-            no_key(s.name, rod.torsion)); // its key in the scene's map; the effect twist
+            no_key(s.name, rod.torsion, rod.stretch_factor, rod.turn_factor)); // its key in the scene's map; the effect twist; of the section
     }
 };
 static_assert(describes_all_with<fem::RodDesign, InstrumentKeys, TipKeys>);

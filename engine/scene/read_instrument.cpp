@@ -1,5 +1,6 @@
 #include "engine/scene/describe_instrument.hpp"
 #include "engine/scene/nearest.hpp"
+#include "engine/scene/read_design.hpp"
 #include "engine/scene/read_keys.hpp"
 
 #include <fmt/format.h>
@@ -10,11 +11,6 @@
 namespace trocar::engine {
 namespace {
 
-constexpr double kLeastSegments = 4.0;
-constexpr double kPigtailLength = 0.04; // m, when absent
-constexpr double kPigtailAngle = 6.0;   // rad, when absent
-constexpr double kLargestTipAngle = 20.0; // rad, of what is no pigtail: more is a number of degrees
-constexpr double kMostSegments = 20000.0;
 
 std::vector<std::string_view> recipe_bodies(const Scene& scene) {
     std::vector<std::string_view> names;
@@ -94,10 +90,10 @@ std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const 
     for (const SceneInstrument& other : scene.instruments)
         if (other.inside != kNoIndex && scene.instruments[other.inside].name == outer.name)
             return fmt::format("{} runs inside {} already; expected one wire to a catheter", other.name, outer.name);
-    if (inner.design.radius < outer.design.radius) return {};
-    return fmt::format("its radius is {}, that of {} is {}; expected a thinner wire",
-                       with_unit(inner.design.radius, Dimension::Length, units), outer.name,
-                       with_unit(outer.design.radius, Dimension::Length, units));
+    const double room = outer.inner_radius > 0.0 ? outer.inner_radius : outer.design.radius;
+    if (inner.design.radius < room) return {};
+    return fmt::format("its radius is {}, that of {}{} is {}; expected a thinner wire", with_unit(inner.design.radius, Dimension::Length, units),
+                       outer.name, outer.inner_radius > 0.0 ? "'s bore" : "", with_unit(room, Dimension::Length, units));
 }
 
 std::optional<Error> read_inside(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
@@ -122,47 +118,6 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
     instrument.lumen = scene.instruments[outer].lumen;
     instrument.entry = scene.instruments[outer].entry;
     return std::nullopt;
-}
-
-/// A coil needs enough nodes: checked here, where units and keys are known.
-std::optional<Error> check_pigtail(const CheckContext& context, const Values& values, const fem::RodDesign& design) {
-    if (design.tip != fem::TipShape::Pigtail) return std::nullopt;
-    const double segment = design.length / std::round(design.length / design.segment);
-    const double turn = design.tip_angle * segment / design.tip_length;
-    if (turn <= fem::kSharpestNode) return std::nullopt;
-    const auto angle_text = [&](double angle) { return with_unit(angle, Dimension::Angle, context.units); };
-    const double longest = fem::kSharpestNode * design.tip_length / design.tip_angle;
-    return fail_at(
-        context, values, "segment",
-        fmt::format("found {}, at which the pigtail of {} over {} turns by {} from node to node; expected {} at most, a segment of {} or "
-                    "less",
-                    with_unit(design.segment, Dimension::Length, context.units), angle_text(design.tip_angle),
-                    with_unit(design.tip_length, Dimension::Length, context.units), angle_text(turn), angle_text(fem::kSharpestNode),
-                    with_unit(longest, Dimension::Length, context.units)));
-}
-
-/// What a pigtail has where nothing is said, and lengths that contradict each other.
-std::optional<Error> complete_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
-    const Values tip = values.object("tip");
-    if (design.tip != fem::TipShape::Pigtail && design.tip_angle > kLargestTipAngle)
-        return fail_at(context, tip, "angle",
-                       fmt::format("found {:g} rad; expected at most {:g} rad, or the shape \"pigtail\"; was it meant in deg?", design.tip_angle, kLargestTipAngle));
-    if (design.tip == fem::TipShape::Straight) design.tip_stiffness = 1.0; // nothing is shaped
-    if (design.tip == fem::TipShape::Pigtail) {
-        if (!tip.has("length")) design.tip_length = kPigtailLength;
-        if (!tip.has("angle")) design.tip_angle = kPigtailAngle;
-    }
-    const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
-    if (design.tip != fem::TipShape::Straight && design.tip_length > design.length)
-        return fail_at(context, tip, "length",
-                       fmt::format("found {}; expected at most the instrument's length, {}", length_text(design.tip_length),
-                                   length_text(design.length)));
-    const double segments = design.length / design.segment;
-    if (segments >= kLeastSegments && segments <= kMostSegments) return check_pigtail(context, values, design);
-    return fail_at(context, values, "segment",
-                   fmt::format("found {}, which divides the length of {} into {:.0f}; expected {} to {}", length_text(design.segment),
-                               length_text(design.length), segments, length_text(design.length / kMostSegments),
-                               length_text(design.length / kLeastSegments)));
 }
 
 std::optional<Error> check_follow(const CheckContext& context, const Values& instrument, double speed_limit, double speed) {
@@ -195,27 +150,6 @@ std::optional<Error> read_script(const CheckContext& context, const Values& valu
 }
 
 } // namespace
-
-/// Rows must ascend along the instrument, and the tip's own keys must be absent.
-std::optional<Error> read_stiffness(const Reading& reading, std::vector<fem::StiffnessRow>& stiffness) {
-    const auto& [context, values, scene] = reading;
-    const JsonNode* rows = values.find("stiffness");
-    if (rows == nullptr) return std::nullopt;
-    const Values tip = values.object("tip");
-    if (tip.has("stiffness"))
-        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; expected one of them");
-    for (std::size_t i = 0; i < rows->children.size(); ++i) {
-        const JsonNode& row = rows->children[i];
-        const fem::StiffnessRow next{values.column("stiffness", row, 0), values.column("stiffness", row, 1)};
-        if (i > 0 && !(next.from_tip > stiffness.back().from_tip))
-            return error_at(context, row.at, fmt::format("{}[{}]", values.path("stiffness"), i),
-                            fmt::format("found {} after {}; expected lengths from the tip that ascend",
-                                        with_unit(next.from_tip, Dimension::Length, context.units),
-                                        with_unit(stiffness.back().from_tip, Dimension::Length, context.units)));
-        stiffness.push_back(next);
-    }
-    return std::nullopt;
-}
 
 static std::optional<Error> check_tip(const Reading& reading, const SceneInstrument& instrument) {
     const auto& [context, values, scene] = reading;
@@ -253,8 +187,16 @@ std::optional<Error> read_target(const Reading& reading, SceneTarget& target) {
 
 std::optional<Error> read_instrument(const Reading& reading, SceneInstrument& instrument) {
     const auto& [context, values, scene] = reading;
-    if (auto error = read_keys<InstrumentKeys>(reading, instrument)) return error;
-    if (auto error = complete_design(context, values, instrument.design)) return error;
+    if (values.has("device")) {
+        if (auto error = begin_as_device(context, values, instrument)) return error;
+    } else {
+        for (const char* key : {"length", "radius"})
+            if (!values.has(key))
+                return fail_at(context, values, key,
+                               fmt::format("the key \"{}\" is missing; expected {}, or a device", key, expected(table_of<InstrumentKeys>().find(key)->value, context.units)));
+    }
+    if (auto error = read_design(reading, instrument)) return error;
+    complete_section(instrument);
     if (auto error = check_tip(reading, instrument)) return error;
     if (auto error =
             values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))

@@ -88,15 +88,15 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
                     "\"fixed\" region");
 }
 
-/// A chain of masses and springs has no angles. A pigtail always has them: a coil without torsion finds no equilibrium.
+/// A chain of masses and springs has no angles. A pigtail and a curve always have them: a coil without torsion finds no equilibrium.
 std::optional<Error> check_twist(const CheckContext& context, const Values& root, Scene& scene) {
     for (SceneInstrument& instrument : scene.instruments) {
-        const bool coil = instrument.design.tip == fem::TipShape::Pigtail;
+        const bool coil = fem::always_twists(instrument.design.tip);
         instrument.design.torsion = scene.effects.twist || coil;
         if (instrument.kind != InstrumentKind::MassSpring) continue;
         if (coil)
             return error_at(context, context.positions.find("instruments." + instrument.name)->second, "instruments." + instrument.name,
-                            "a pigtail twists, and a mass_spring has no torsion; expected the kind \"rod\"");
+                            "a pigtail or a curve twists, and a mass_spring has no torsion; expected the kind \"rod\"");
         if (scene.effects.twist)
             return fail_at(
                 context, root, "effects",

@@ -65,7 +65,10 @@ struct Reading {
 /// Rows of a time and a displacement under any key.
 [[nodiscard]] std::optional<Error> read_frames(const Reading& reading, std::string_view key, std::vector<KeyFrame>& frames);
 [[nodiscard]] std::optional<Error> read_motion(const Reading& reading, std::vector<KeyFrame>& motion);
-[[nodiscard]] std::optional<Error> read_stiffness(const Reading& reading, std::vector<fem::StiffnessRow>& stiffness);
+[[nodiscard]] std::optional<Error> read_stiffness(const Reading& reading, std::vector<fem::ProfileRow>& stiffness);
+[[nodiscard]] std::optional<Error> read_coating(const Reading& reading, std::vector<fem::ProfileRow>& coating);
+[[nodiscard]] std::optional<Error> read_layers(const Reading& reading, std::vector<TubeLayer>& layers);
+[[nodiscard]] std::optional<Error> read_arcs(const Reading& reading, std::vector<fem::TipArc>& arcs);
 [[nodiscard]] std::optional<Error> read_follow_target(const Reading& reading, Index& target);
 
 [[nodiscard]] std::optional<Error> read_time(const Reading& reading, TimeSpec& time);

@@ -190,11 +190,22 @@ struct TipClamp {
     Vec3 axis = Vec3::UnitZ();     // unit
 };
 
+/// A ring of a tube's cross-section, from the layer inside of it, or from the bore.
+struct TubeLayer {
+    double outer_radius = 0.0;  // m
+    double young_modulus = 0.0; // Pa
+    double density = 0.0;       // kg/m^3
+};
+
 struct SceneInstrument {
     std::string name;
+    std::string device; // the device that it begins as: a name of the catalogue, or a file; empty: none
+    std::filesystem::path device_file; // that file, if it is one
     InstrumentKind kind = InstrumentKind::Rod;
     Index inside = kNoIndex; // a wire: the instrument before it whose bore it runs in, with whose entry and lumen
     fem::RodDesign design;
+    double inner_radius = 0.0;     // m, of the bore; 0: solid
+    std::vector<TubeLayer> layers; // from the inside out; empty: one material
     bool self_contact = true;           // with that effect
     double friction = 0.05;             // Coulomb mu against every wall, with the effect friction
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated

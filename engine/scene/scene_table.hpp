@@ -7,6 +7,7 @@ namespace trocar::engine {
 
 [[nodiscard]] const ObjectSpec& scene_table();
 [[nodiscard]] const ObjectSpec& recipe_table();
+[[nodiscard]] const ObjectSpec& device_table();
 
 [[nodiscard]] const ObjectSpec& units_table();
 

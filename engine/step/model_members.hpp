@@ -36,9 +36,10 @@ TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, shares, fibres, tet_of, node_of,
 TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass, inv_mass, rest_position, pinned, plan, volume, mass)
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
                degenerate, static_count, max_length, longest, long_count)
-TROCAR_MEMBERS(fem::StiffnessRow, from_tip, factor)
+TROCAR_MEMBERS(fem::ProfileRow, from_tip, factor)
+TROCAR_MEMBERS(fem::TipArc, length, angle, plane)
 TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
-               rest_length, unit_edge_stiffness)
+               friction_share, rest_length, unit_edge_stiffness)
 TROCAR_MEMBERS(fem::RodSkin, triangles, vertex_node, sides, turn)
 TROCAR_MEMBERS(fem::RodPort, position, direction)
 TROCAR_MEMBERS(collision::SurfaceTopology, triangles, edges, triangle_edges, vertex_owner, edge_owner)

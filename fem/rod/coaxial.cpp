@@ -188,13 +188,13 @@ private:
         work_.planes.clear();
         for (const RodPlane& plane : outer_.planes) {
             work_.planes.push_back(plane);
-            if (most > 0.0) work_.planes.back().friction_share = outer_.drive.friction / most;
+            if (most > 0.0) work_.planes.back().friction_share *= outer_.drive.friction / most;
         }
         for (const RodPlane& plane : inner_.planes) {
             const double beyond =
                 arc_of(inner_.model, inner_.state.insertion, static_cast<double>(plane.node) + plane.weight) - outer_.state.insertion;
             RodPlane mapped = plane;
-            if (most > 0.0) mapped.friction_share = inner_.drive.friction / most;
+            if (most > 0.0) mapped.friction_share *= inner_.drive.friction / most;
             if (plane.node >= free_) {
                 mapped.node = static_cast<Index>(nodes_ + plane.node - free_);
             } else if (free_count() > 0 && beyond > 0.0) {

@@ -23,6 +23,7 @@ struct RodModel {
     std::vector<std::array<double, 2>> rest_curvature; // [node_count] 1/m, components along the material frame
     std::vector<double> twist_stiffness;               // [node_count - 1] N m: GJ / segment; empty without torsion
     std::vector<double> turn_inertia;                  // [node_count] kg m^2 about the axis; empty without torsion
+    std::vector<double> friction_share;                // [node_count] [-] of the friction there; empty: 1 everywhere
     // Of the chain of coaxial rods alone, whose edges differ in length; empty otherwise.
     std::vector<double> rest_length;           // [node_count - 1] m; empty: `segment` everywhere
     std::vector<double> unit_edge_stiffness;   // [node_count] N m, of the change of the unit edge at a node, in place of bend_stiffness
@@ -32,11 +33,19 @@ struct RodModel {
         return rest_length.empty() ? bend_stiffness[node] : unit_edge_stiffness[node];
     }
 
+    /// Of the friction at a place between a node and the next.
+    [[nodiscard]] double friction_at(std::size_t node, double weight) const noexcept {
+        return friction_share.empty() ? 1.0 : (1.0 - weight) * friction_share[node] + weight * friction_share[node + 1];
+    }
+
     [[nodiscard]] std::size_t node_count() const noexcept { return mass.size(); }
 };
 
-/// Refuses what no rod can be: lengths, moduli or densities that are not positive, fewer than 4 segments, rows of stiffness
-/// that do not ascend, a pigtail that turns too far at a node.
+/// rad, by which a pigtail or a curve turns from segment to segment at most; 0 for other tips.
+[[nodiscard]] double sharpest_node(const RodDesign& design) noexcept;
+
+/// Refuses what no rod can be: lengths, moduli or densities that are not positive, fewer than 4 segments, rows of stiffness or coating
+/// that do not ascend, arcs that do not add up to the tip's length, a pigtail or a curve that turns too far at a node.
 [[nodiscard]] Result<RodModel> make_rod_model(const RodDesign& design);
 
 struct RodState {

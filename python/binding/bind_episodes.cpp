@@ -183,7 +183,7 @@ public:
         const auto lock = enter(mutex_, batch_->pool(), "environments");
         if (!has_cameras_) bad_usage("these environments have no camera; expected observation=\"pixels\" or \"both\", or a render_mode");
         if (!batch_->ready()) bad_usage("the environments have no episode; expected reset() first");
-        check_index(i);
+        (void)check_index(i);
         return picture_dict(free([&] { return batch_->observe_all(i); }));
     }
     [[nodiscard]] py::array pixels() const { return answers_.pixels(); }

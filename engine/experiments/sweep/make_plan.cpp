@@ -68,7 +68,8 @@ private:
             for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
                 if (!file.empty()) files_.insert(file.string());
         for (const SceneInstrument& instrument : scene->instruments)
-            if (!instrument.path_file.empty()) files_.insert(instrument.path_file.string());
+            for (const std::filesystem::path& file : {instrument.path_file, instrument.device_file})
+                if (!file.empty()) files_.insert(file.string());
         return std::nullopt;
     }
 

@@ -69,6 +69,7 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
     const double room = instrument.rod.design.radius + model.contact.clearance;
     state.instruments[index].planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0, (wall_point - wall_before) / model.step_s});
+    state.instruments[index].planes.back().friction_share = instrument.rod.friction_at(node, weight);
     state.instruments[index].presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 

@@ -183,6 +183,7 @@ struct PlaneSite {
     double room;     // m, that it keeps
     double farthest; // m; what is farther away gets no plane
     const collision::SurfaceMotion& wall; // at t1
+    double friction = 1.0; // [-] of the instrument's
 };
 
 /// How far a triangle stands out of the plane through another's nearest point, m: what is not in front of a plane that holds is not met.
@@ -250,6 +251,7 @@ void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, I
             if (plane.distance > site.farthest) continue;
             facing[sides] += plane.normal;
             now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(plane.point) + site.room, 0.0, plane.velocity});
+            now.planes.back().friction_share = site.friction;
             now.presses.push_back({plane.triangle, plane.bary, give});
             last.warm_start(now.planes.back());
             now.planes.back().side = static_cast<std::uint8_t>(sides);
@@ -428,7 +430,7 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
                     list.add({id, normal.dot(p - now), normal, on.point, now, (now - was) / model.step_s, on.bary});
                 });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
-            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own, &yielding);
+            add_planes(list, {node, weight, p, kept, room + reach, before, instrument.rod.friction_at(node, weight)}, last, own, &yielding);
             scratch.wall_distance[slot_of(node, weight)] = behind ? 0.0 : nearest;
         }
     }
@@ -592,7 +594,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                 });
             list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
-            add_planes(list, {node, weight, p, kept, kept, wall}, none, own, nullptr);
+            add_planes(list, {node, weight, p, kept, kept, wall, instrument.rod.friction_at(node, weight)}, none, own, nullptr);
         }
 }
 

@@ -1,0 +1,186 @@
+// Devices of the catalogue, and instruments made of tubes, layers, curves and coatings.
+#include "engine/scene/device.hpp"
+
+#include "engine/scene/read_design.hpp"
+#include "fem/rod/tip_arcs.hpp"
+#include "step_fixture.hpp"
+#include "tests/temp_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace trocar::engine {
+namespace {
+
+/// A tube of 3 mm with a bend, in mm, MPa and degrees, and one or two instruments.
+std::string scene_with(const std::string& instruments, const std::string& effects = R"("coarse_contact", "exact_contact", "friction")") {
+    return fmt::format(R"({{
+    "name": "devices", "units": {{"length": "mm", "pressure": "MPa", "angle": "deg"}}, "time": {{"step": 0.01, "duration": 3}}, "budget": "exact",
+    "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 20}}}}}},
+    "instruments": {{{}}}, "effects": [{}]
+}})",
+                       test::bent_axis(25.0, 3.0), instruments, effects);
+}
+
+constexpr const char* kPlace = R"("lumen": "tube", "entry": {"position": [0, 0, 10], "direction": [0, 0, 1]}, "path": [[0, 20, 0], [3, 110, 90]])";
+
+std::string instrument(const std::string& keys, const std::string& name = "catheter") { return fmt::format("\"{}\": {{{}, {}}}", name, keys, kPlace); }
+
+Scene accepted(const std::string& text) {
+    auto scene = parse_scene(text, "scenes/test.json");
+    EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
+    return scene.ok() ? *scene : Scene{};
+}
+
+std::string refused(const std::string& text) {
+    const auto scene = parse_scene(text, "scenes/test.json");
+    EXPECT_FALSE(scene.ok()) << text;
+    return scene.ok() ? std::string() : scene.error().to_string();
+}
+
+std::uint64_t hash_after(const std::string& text, int steps) {
+    const PreparedScene prepared = test::prepare(text);
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < steps; ++k) EXPECT_TRUE(simulator.step().finite);
+    return hash_state(simulator.state());
+}
+
+TEST(Devices, OfTheCatalogueAreReadWithoutAQuestionAndNameTheirSource) {
+    ASSERT_GE(device_texts().size(), 12u);
+    for (const DeviceText& text : device_texts()) {
+        const Result<Device> device = parse_device(text.text, text.file);
+        ASSERT_TRUE(device.ok()) << device.error().to_string();
+        EXPECT_TRUE(device->questions.empty()) << text.file << ": " << device->questions.front();
+        EXPECT_GT(device->source.size(), 40u) << text.file;
+        EXPECT_FALSE(device->about.empty()) << text.file;
+        Scene scene = accepted(scene_with(instrument(fmt::format("\"device\": \"{}\"", text.file.substr(0, text.file.find('.'))))));
+        ASSERT_EQ(scene.instruments.size(), 1u);
+        EXPECT_TRUE(fem::make_rod_model(scene.instruments[0].design).ok()) << text.file;
+    }
+}
+
+TEST(Devices, StayInATubeThatTheyArePushedThrough) {
+    for (const char* name : {"cobra_2", "judkins_left_4", "simmons_2", "pigtail", "guide_6f", "hydrophilic_angled", "lunderquist_extra_stiff"}) {
+        const PreparedScene prepared = test::prepare(scene_with(instrument(fmt::format("\"device\": \"{}\", \"skin_triangles\": 2000", name))));
+        Simulator simulator(prepared.model);
+        const test::Tally tally = test::run_steps(simulator, 300);
+        std::cout << name << ": " << tally << '\n';
+        EXPECT_EQ(tally.steps, 300u) << name << tally;
+        EXPECT_EQ(tally.lumen_exits, 0u) << name << tally;
+    }
+}
+
+TEST(Devices, AreTheSameAsTheirKeysWrittenOut) {
+    const std::string keys = R"("length": 1000, "radius": 0.835, "inner_radius": 0.55, "young_modulus": 500, "density": 1150, "friction": 0.1,
+        "segment": 2.5, "skin_triangles": 2000, "tip": {"shape": "curve", "arcs": [[30, -35, 0], [45, 140, 0], [20, -25, 0], [8, 0, 0]]})";
+    EXPECT_EQ(hash_after(scene_with(instrument(R"("device": "cobra_2", "skin_triangles": 2000)")), 40), hash_after(scene_with(instrument(keys)), 40));
+}
+
+TEST(Devices, KeysOfTheSceneReplaceTheirs) {
+    const SceneInstrument plain = accepted(scene_with(instrument(R"("device": "guide_6f")"))).instruments[0];
+    EXPECT_EQ(plain.device, "guide_6f");
+    EXPECT_EQ(plain.layers.size(), 3u);
+    EXPECT_EQ(plain.design.stiffness.size(), 4u);
+    const SceneInstrument changed =
+        accepted(scene_with(instrument(R"("device": "guide_6f", "young_modulus": 100, "density": 1100, "friction": 0.3, "tip": {"shape": "J", "stiffness": 0.5})"))).instruments[0];
+    EXPECT_TRUE(changed.layers.empty()) << "one material takes their place";
+    EXPECT_TRUE(changed.design.stiffness.empty()) << "the tip's stiffness takes the place of rows";
+    EXPECT_DOUBLE_EQ(changed.friction, 0.3);
+    EXPECT_DOUBLE_EQ(changed.design.length, 1.0);
+    EXPECT_NEAR(changed.design.young_modulus, 100e6 * (1.0 - std::pow(0.86, 4)), 1.0);
+    EXPECT_NEAR(changed.design.stretch_factor, 1.0 / (1.0 + 0.86 * 0.86), 1e-12);
+    const SceneInstrument longer = accepted(scene_with(instrument(R"("device": "pigtail", "length": 800, "tip": {"angle": 300})"))).instruments[0];
+    EXPECT_EQ(longer.design.tip, fem::TipShape::Pigtail);
+    EXPECT_NEAR(longer.design.tip_length, 0.045, 1e-12) << "the device's, not the default";
+    EXPECT_NEAR(longer.design.tip_angle, 300.0 * std::numbers::pi / 180.0, 1e-12);
+}
+
+TEST(Devices, OfFilesHaveUnitsOfTheirOwn) {
+    const TempFolder folder;
+    std::ofstream(folder.path() / "mine.json") << R"({"units": {"length": "cm", "pressure": "GPa"}, "about": "mine", "source": "measured at home",
+        "length": 40, "radius": 0.05, "young_modulus": 0.2, "tip": {"shape": "J", "length": 1.5, "angle": 0.5}})";
+    const std::string text = scene_with(instrument(R"("device": "mine.json")"));
+    const auto scene = parse_scene(text, folder.path() / "scene.json");
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    EXPECT_DOUBLE_EQ(scene->instruments[0].design.length, 0.4);
+    EXPECT_DOUBLE_EQ(scene->instruments[0].design.young_modulus, 2e8);
+    EXPECT_DOUBLE_EQ(scene->instruments[0].design.tip_angle, 0.5) << "radians there, degrees in the scene";
+    std::ofstream(folder.path() / "bad.json") << "{\"units\": {\"length\": \"cm\"}, \"about\": \"mine\", \"source\": \"x\",\n \"length\": 40, \"radius\": 0.05, \"entry\": {}}";
+    const auto bad = parse_scene(scene_with(instrument(R"("device": "bad.json")")), folder.path() / "scene.json");
+    ASSERT_FALSE(bad.ok());
+    EXPECT_NE(bad.error().to_string().find("bad.json:2:"), std::string::npos) << bad.error().to_string();
+    EXPECT_NE(bad.error().to_string().find("entry"), std::string::npos) << bad.error().to_string();
+}
+
+TEST(Devices, ThatAreNoneAreRefusedWithWhatWasExpected) {
+    const std::string tube = R"("length": 300, "radius": 1, )";
+    const struct {
+        std::string keys, expected;
+    } cases[] = {
+        {R"("device": "cobra_3")", "nearest: \"cobra_2\""},
+        {R"("device": "nowhere.json")", "nowhere.json"},
+        {R"("radius": 0.5)", "the key \"length\" is missing; expected a number in mm, or a device"},
+        {tube + R"("inner_radius": 1)", "found 1 mm; expected less than the radius, 1 mm"},
+        {tube + R"("layers": [[0.5, 100, 1000], [0.9, 100, 1000]])", "found a last outer radius of 0.9 mm; expected the instrument's radius, 1 mm"},
+        {tube + R"("inner_radius": 0.6, "layers": [[0.5, 100, 1000], [1, 100, 1000]])", "found an outer radius of 0.5 mm around one of 0.6 mm"},
+        {tube + R"("density": 1000, "layers": [[1, 100, 1000]])", "found beside layers"},
+        {tube + R"("tip": {"shape": "curve"})", "expected \"arcs\" or \"points\""},
+        {tube + R"("tip": {"shape": "J", "arcs": [[10, 30, 0]]})", "arcs"},
+        {tube + R"("tip": {"shape": "curve", "arcs": [[10, 30, 0]], "points": [[0, 0, 0], [0, 0, 1], [0, 1, 2]]})", "found beside arcs"},
+        {tube + R"("tip": {"shape": "curve", "points": [[0, 0, 0], [0, 0, 1], [0, 0, 1]]})", "found the point before it again"},
+        {tube + R"("tip": {"shape": "curve", "arcs": [[310, 30, 0]]})", "expected at most the instrument's length"},
+        {tube + R"("segment": 5, "tip": {"shape": "curve", "arcs": [[10, 180, 0]]})", "the tip's curve turns by"},
+        {tube + R"("kind": "mass_spring", "tip": {"shape": "curve", "arcs": [[40, 90, 0]]})", "a pigtail or a curve twists"},
+        {tube + R"("coating": [[10, 1], [5, 1]])", "expected lengths from the tip that ascend"},
+    };
+    for (const auto& one : cases) {
+        const std::string message = refused(scene_with(instrument(one.keys)));
+        EXPECT_NE(message.find(one.expected), std::string::npos) << one.keys << "\n" << message;
+    }
+}
+
+TEST(Tubes, OfEqualLayersAreTubesOfOneMaterial) {
+    const fem::RodDesign one = accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "young_modulus": 200, "density": 1200)"))).instruments[0].design;
+    const fem::RodDesign layered =
+        accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "layers": [[0.6, 200, 1200], [0.8, 200, 1200], [1, 200, 1200]])"))).instruments[0].design;
+    EXPECT_NEAR(one.young_modulus, 200e6 * (1.0 - std::pow(0.5, 4)), 1e-3) << "E pi / 4 (R^4 - r^4)";
+    EXPECT_NEAR(one.density, 1200.0 * 0.75, 1e-9);
+    EXPECT_NEAR(one.stretch_factor * one.young_modulus, 200e6 * 0.75, 1e-3) << "E pi (R^2 - r^2)";
+    EXPECT_NEAR(one.turn_factor, 1.25, 1e-12) << "(R^2 + r^2) / R^2";
+    EXPECT_NEAR(layered.young_modulus, one.young_modulus, 1e-6 * one.young_modulus);
+    EXPECT_NEAR(layered.density, one.density, 1e-9 * one.density);
+    EXPECT_NEAR(layered.stretch_factor, one.stretch_factor, 1e-12);
+    EXPECT_NEAR(layered.turn_factor, one.turn_factor, 1e-12);
+}
+
+TEST(Tubes, TakeNoWireThatIsAsWideAsTheirBore) {
+    const std::string wire = R"("wire": {"inside": "catheter", "length": 400, "radius": 0.5, "young_modulus": 100, "tip": {"shape": "straight"}, "inserted": 20})";
+    EXPECT_NE(refused(scene_with(instrument(R"("length": 300, "radius": 0.8, "inner_radius": 0.45)") + ", " + wire)).find("catheter's bore is 0.45 mm; expected a thinner wire"),
+              std::string::npos);
+    accepted(scene_with(instrument(R"("length": 300, "radius": 0.8, "inner_radius": 0.55)") + ", " + wire));
+}
+
+TEST(Coatings, OfOneFactorAreThatMuchLessFriction) {
+    const auto keys = [](const char* friction) { return fmt::format(R"("length": 200, "radius": 0.5, "young_modulus": 60, "skin_triangles": 1500, "tip": {{"shape": "J", "length": 12, "angle": 40}}, {})", friction); };
+    const std::uint64_t half = hash_after(scene_with(instrument(keys(R"("friction": 0.25)"))), 0);
+    EXPECT_EQ(half, hash_after(scene_with(instrument(keys(R"("friction": 0.5, "coating": [[0, 0.5], [100, 0.5]])"))), 0));
+    const auto tip_after = [&](const char* friction) {
+        const PreparedScene prepared = test::prepare(scene_with(instrument(keys(friction))));
+        Simulator simulator(prepared.model);
+        double handle = 0.0;
+        for (int k = 0; k < 250; ++k) handle = simulator.step().handle_force_n;
+        return std::pair(simulator.report().tip, handle);
+    };
+    const auto plain = tip_after(R"("friction": 0.25)"), coated = tip_after(R"("friction": 0.5, "coating": [[0, 0.5], [100, 0.5]])");
+    const auto rough = tip_after(R"("friction": 0.5)"), at_the_tip = tip_after(R"("friction": 0.5, "coating": [[0, 0.5], [50, 0.5], [51, 1]])");
+    EXPECT_EQ((plain.first - coated.first).norm(), 0.0) << "0.5 times 0.5 is 0.25 to the bit";
+    EXPECT_EQ(plain.second, coated.second);
+    std::printf("margin: handle %.4f N at friction 0.25, %.4f N at 0.5, %.4f N where the last 50 mm are coated\n", plain.second, rough.second, at_the_tip.second);
+    EXPECT_NE((plain.first - at_the_tip.first).norm(), 0.0);
+    EXPECT_NE((rough.first - at_the_tip.first).norm(), 0.0);
+}
+
+} // namespace
+} // namespace trocar::engine
