@@ -28,11 +28,15 @@ constexpr std::size_t kFarVessel = 6000, kFarBody = 2000;
 /// Pending recordings at most.
 constexpr std::size_t kMostWaiting = 16;
 
+/// Without file and line: the scene that it is about was not written.
+std::string describe_error(const Error& error) { return error.key.empty() ? error.message : error.key + ": " + error.message; }
+
 } // namespace
 
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
-    : scene_(scene), model_(prepared.model), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange) {
-    scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
+    : scene_(scene), model_(prepared.model), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange),
+      picker_(prepared.model), saver_(scene) {
+    scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session, picker_.places()));
     for (const EffectDescriptor* effect : registered_effects())
         if (!session.permits(*effect)) range_.missing.push_back(effect);
     std::size_t part = 0;
@@ -89,6 +93,7 @@ void Hub::tick() {
     const std::int64_t now = monotonic_ns();
     plot_.take(exchange_);
     answer_sealed();
+    answer_saved();
     check_driver(now);
     take_snapshot(now);
     take_xray();
@@ -205,6 +210,8 @@ std::string Hub::handle(unsigned client, const Request& request) {
     } else if (std::holds_alternative<TakeMask>(request)) {
         if (const std::string refused = refuse(client); !refused.empty()) return error_message(refused);
         monitor_.take_mask();
+    } else if (std::holds_alternative<PickPlace>(request) || std::holds_alternative<ForgetPicks>(request) || std::holds_alternative<SaveScene>(request)) {
+        return refusal(handle_pick(client, request));
     } else if (std::holds_alternative<TakeSeat>(request)) {
         if (const std::string refused = take_seat(client); !refused.empty()) return notice_message(refused);
     } else if (std::holds_alternative<LeaveSeat>(request)) {
@@ -212,6 +219,32 @@ std::string Hub::handle(unsigned client, const Request& request) {
     } else if (const auto* ping = std::get_if<Ping>(&request))
         return pong_message(ping->number);
     return {};
+}
+
+std::string Hub::handle_pick(unsigned client, const Request& request) {
+    if (std::string refused = refuse(client); !refused.empty()) return refused;
+    if (const auto* save = std::get_if<SaveScene>(&request)) return saver_.start(client, picker_.picks(), *save);
+    if (std::holds_alternative<ForgetPicks>(request))
+        picker_.forget();
+    else if (const auto picked = picker_.pick(std::get<PickPlace>(request)); !picked.ok())
+        return picked.error().message;
+    tell_picks();
+    return {};
+}
+
+void Hub::tell_picks() {
+    const std::string text = picks_text();
+    for (const auto& [number, weak] : clients_)
+        if (const auto client = weak.lock()) client->tell(text);
+}
+
+void Hub::answer_saved() {
+    const auto answer = saver_.take();
+    if (!answer) return;
+    const auto asked = clients_.find(answer->client);
+    const auto client = asked == clients_.end() ? nullptr : asked->second.lock();
+    if (client == nullptr) return; // it has gone
+    client->tell(answer->saved.ok() ? saved_scene_message(*answer->saved) : error_message("nothing was saved: " + describe_error(answer->saved.error())));
 }
 
 std::string Hub::refuse(unsigned client) const {

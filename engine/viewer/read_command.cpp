@@ -1,5 +1,6 @@
 #include "engine/viewer/read_command.hpp"
 
+#include "engine/io/printable.hpp"
 #include "engine/io/shown.hpp"
 #include "engine/viewer/session.hpp"
 
@@ -22,6 +23,8 @@ using Parsed = nlohmann::json;
 
 /// m; nothing that can be pulled is larger.
 constexpr double kFurthestTarget = 10.0;
+/// Of weights that a page computed.
+constexpr double kRounding = 1e-3;
 
 /// One message's members, each read once; the first error is kept, and an unread member is one.
 class Members {
@@ -67,6 +70,29 @@ public:
         }
         if (!good) complain(fmt::format("\"{}\" is {}; expected three numbers in metres", key, text_of(*value)));
         return point;
+    }
+    /// Three, of which each is at least 0, and their sum 1 but for rounding: the sum of what is returned is 1.
+    std::array<double, 3> weights(const char* key) {
+        const Parsed* value = find(key);
+        std::array<double, 3> weights{1.0, 0.0, 0.0};
+        if (value == nullptr) return weights;
+        bool good = value->is_array() && value->size() == 3;
+        double sum = 0.0;
+        for (std::size_t k = 0; good && k < 3; ++k) {
+            good = (*value)[k].is_number() && (*value)[k].get<double>() >= -kRounding && (*value)[k].get<double>() <= 1.0 + kRounding;
+            if (good) sum += weights[k] = std::max(0.0, (*value)[k].get<double>());
+        }
+        good = good && std::abs(sum - 1.0) <= kRounding;
+        if (!good) complain(fmt::format("\"{}\" is {}; expected three numbers from 0 to 1, with the sum 1", key, text_of(*value)));
+        for (double& weight : weights) weight = good ? weight / sum : 0.0;
+        return weights;
+    }
+    /// Of something that is kept under it.
+    std::string name(const char* key) {
+        const std::string name = word(key);
+        if (name.empty() || name.size() > kLongestStateName || has_control_characters(name))
+            complain(fmt::format("\"{}\" is \"{}\"; expected 1 to {} bytes, and no control characters", key, shown(name), kLongestStateName));
+        return name;
     }
     void complain(std::string what) {
         if (!error_) error_ = Error{ErrorCode::BadValue, std::move(what)};
@@ -160,12 +186,34 @@ Request read_carm(Members& members) {
 
 Request read_save(Members& members) {
     SaveState save;
-    const std::string name = members.word("name");
-    if (name.empty() || name.size() > kLongestStateName || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
-        members.complain(fmt::format("\"name\" is \"{}\"; expected 1 to {} bytes, and no control characters", shown(name), kLongestStateName));
-    else
-        std::copy(name.begin(), name.end(), save.name.begin());
+    const std::string name = members.name("name");
+    std::copy_n(name.begin(), std::min(name.size(), kLongestStateName), save.name.begin());
     return Command{save};
+}
+
+Request read_pick(Members& members, const CommandRange& range) {
+    PickPlace pick;
+    const std::string what = members.word("what");
+    if (what == "entry")
+        pick.what = PickPlace::What::Entry;
+    else if (what != "target")
+        members.complain(fmt::format("\"what\" is \"{}\"; expected target or entry", shown(what)));
+    if (range.triangles.empty())
+        members.complain("the scene has no body");
+    else
+        pick.body = static_cast<std::uint32_t>(members.whole("body", 0, range.triangles.size() - 1));
+    const std::size_t triangles = range.triangles.empty() ? 0 : range.triangles[pick.body];
+    if (triangles > 0) pick.triangle = static_cast<Index>(members.whole("triangle", 0, triangles - 1));
+    pick.weights = members.weights("weights");
+    return pick;
+}
+
+Request read_save_scene(Members& members, bool named) {
+    SaveScene save{members.name("target"), {}};
+    if (!named) return save;
+    save.file_name = members.word("name");
+    if (const auto good = check_file_name(save.file_name); !good.ok()) members.complain(good.error().message);
+    return save;
 }
 
 std::uint32_t read_saved(Members& members) {
@@ -201,6 +249,10 @@ const std::map<std::string, Reader, std::less<>>& readers() {
         {"xray", [](Members& m, const CommandRange&) -> Request { return ShowXray{m.flag("on")}; }},
         {"carm", [](Members& m, const CommandRange&) -> Request { return read_carm(m); }},
         {"mask", [](Members&, const CommandRange&) -> Request { return TakeMask{}; }},
+        {"pick", read_pick},
+        {"unpick", [](Members&, const CommandRange&) -> Request { return ForgetPicks{}; }},
+        {"save_scene", [](Members& m, const CommandRange&) -> Request { return read_save_scene(m, false); }},
+        {"save_scene_as", [](Members& m, const CommandRange&) -> Request { return read_save_scene(m, true); }},
         {"take", [](Members&, const CommandRange&) -> Request { return TakeSeat{}; }},
         {"leave", [](Members&, const CommandRange&) -> Request { return LeaveSeat{}; }},
         {"ping", [](Members& m, const CommandRange&) -> Request { return Ping{m.number("number", 0.0, 1e15)}; }},
