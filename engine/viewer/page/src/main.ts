@@ -88,7 +88,10 @@ class App {
                 this.probe.saved = saved;
                 this.picker.setSaved(saved);
             },
-            onMessage: (kind, text) => this.panel.say(kind, text),
+            onMessage: (kind, text) => {
+                if (kind === "error") this.picker.refuse();
+                this.panel.say(kind, text);
+            },
             onConnection: (open) => this.setConnection(open),
         });
         const send = (message: Record<string, unknown>) => this.send(message);
@@ -101,7 +104,10 @@ class App {
         this.xray = new XrayScreen(send, (text) => this.panel.say("notice", text), (axes) => orientation.update(axes));
         this.panel = new Panel(this.stage, this.xray, this.plot, send, () => this.showHelp(), this.connection);
         this.puller = new Puller(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
-        this.picker = new Picker(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
+        this.picker = new Picker(this.stage, element("view"), send, {
+            say: (text, id) => this.panel.say("notice", text, id),
+            unsay: (id) => this.panel.unsay(id),
+        });
         this.hand = new Hand(element("pad"), element("knob"),
             (wish) => this.send({ type: "drive", ...wish }), () => this.beginDrive());
         this.hand.onGamepadButton = (button) => {

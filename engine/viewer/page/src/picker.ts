@@ -2,6 +2,8 @@
 import type { Picks, SavedScene, SceneMessage } from "./protocol";
 import type { Stage } from "./stage";
 
+/// id  one message at a time under it, until it is taken back
+export interface Teller { say(text: string, id?: string): void; unsay(id: string): void }
 type Send = (message: Record<string, unknown>) => boolean;
 type What = "target" | "entry";
 
@@ -15,7 +17,7 @@ export class Picker {
     private scene: SceneMessage | undefined;
     private picks: Picks | undefined;
 
-    constructor(private readonly stage: Stage, canvas: HTMLElement, private readonly send: Send, private readonly say: (text: string) => void) {
+    constructor(private readonly stage: Stage, canvas: HTMLElement, private readonly send: Send, private readonly teller: Teller) {
         for (const what of ["target", "entry"] as const) element(`pick-${what}`).addEventListener("click", () => this.arm(this.what === what ? undefined : what));
         element("unpick").addEventListener("click", () => this.send({ type: "unpick" }));
         element("scene-save").addEventListener("click", () => this.save());
@@ -56,9 +58,12 @@ export class Picker {
     setSaved(saved: SavedScene): void {
         element("saved-scene").hidden = false;
         element("saved-command").textContent = saved.command;
-        this.say(`Saved ${saved.file}.`);
-        for (const notice of saved.notices) this.say(notice);
+        this.teller.unsay("save");
+        for (const text of [`Saved ${saved.file}.`, ...saved.notices]) this.teller.say(text);
     }
+
+    /// What was asked for was refused.
+    refuse(): void { this.teller.unsay("save"); }
 
     /// No click picks any more.
     disarm(): void { this.arm(undefined); }
@@ -67,7 +72,8 @@ export class Picker {
         this.what = what;
         for (const each of ["target", "entry"] as const) element(`pick-${each}`).setAttribute("aria-pressed", String(each === what));
         element("view").classList.toggle("picking", what !== undefined);
-        if (what !== undefined) this.say(what === "target" ? "Click on the vessel where the tip is to go." : "Click on the vessel where the instrument is to enter, as at an open end.");
+        if (what === undefined) return this.teller.unsay("pick");
+        this.teller.say(what === "target" ? "Click on the vessel where the tip is to go." : "Click on the vessel where the instrument is to enter, as at an open end.", "pick");
     }
 
     private click(event: PointerEvent): void {
@@ -76,14 +82,14 @@ export class Picker {
         if (what === undefined || pressed === undefined || scene?.vessel == null || event.shiftKey) return;
         if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > kStill) return;
         const hit = this.stage.pickWall(event.clientX, event.clientY, scene.vessel.part);
-        if (hit === undefined) return this.say(`There is no vessel under the pointer: a click on ${scene.parts[scene.vessel.part].name} picks.`);
+        if (hit === undefined) return this.teller.say(`There is no vessel under the pointer: a click on ${scene.parts[scene.vessel.part].name} picks.`);
         this.send({ type: "pick", what, body: scene.vessel.part, ...hit });
     }
 
     private save(): void {
-        if (!this.picks?.target && !this.picks?.entry) return this.say("Nothing is picked yet: there is nothing to save.");
+        if (!this.picks?.target && !this.picks?.entry) return this.teller.say("Nothing is picked yet: there is nothing to save.");
         const target = element<HTMLInputElement>("picked-name").value.trim() || "picked", name = element<HTMLInputElement>("scene-file").value.trim();
         const asked = name === "" ? { type: "save_scene", target } : { type: "save_scene_as", target, name };
-        if (this.send(asked)) this.say("The scene with the picks is checked, its way planned, then it is saved …");
+        if (this.send(asked)) this.teller.say("The scene with the picks is checked and its way planned; then it is saved.", "save");
     }
 }
