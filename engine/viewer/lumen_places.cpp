@@ -12,6 +12,8 @@ using spheretree::Sphere;
 
 /// Of the widest place within so many radii behind it: a tip that is narrower runs into the corner of a cap.
 constexpr double kFullWidth = 0.9, kCornerReach = 3.0;
+/// Radii of the fork that it leaves: a branch that ends nearer to it is a dent of the wall.
+constexpr double kStub = 1.2;
 /// Radii of an end: a place that is nearer along the centreline is the end.
 constexpr double kAtEnd = 2.0;
 /// Radii over which the direction of a centreline is measured.
@@ -50,6 +52,7 @@ Result<LumenPlaces> LumenPlaces::make(const spheretree::LumenTree& lumen, const 
     places.centreline_ = std::move(*centreline);
     for (Index i = 0; i < places.centreline_.point_count(); ++i) places.centreline_.radii[i] = places.clearance_at(places.centreline_.points[i]);
     places.trim_corners();
+    places.drop_stubs();
     places.find_neighbours();
     return places;
 }
@@ -74,6 +77,24 @@ void LumenPlaces::trim_corners() {
         for (Index p = tip; parents[p] != kNoIndex && children[p] <= 1 && radii[p] < kFullWidth * widest; p = parents[p]) dropped[p] = true;
     }
     centreline_ = without(centreline_, dropped);
+}
+
+/// Until every branch is longer; those that a fork loses all of end at it.
+void LumenPlaces::drop_stubs() {
+    for (std::size_t before = 0; before != centreline_.point_count();) {
+        before = centreline_.point_count();
+        const std::vector<std::size_t> children = count_children(centreline_);
+        const auto& [points, radii, parents] = centreline_;
+        std::vector<bool> dropped(before, false);
+        for (Index tip = 1; tip < before; ++tip) {
+            if (children[tip] > 0) continue;
+            Index fork = parents[tip];
+            while (children[fork] == 1 && parents[fork] != kNoIndex) fork = parents[fork];
+            if (children[fork] == 1 || (points[tip] - points[fork]).norm() > kStub * radii[fork]) continue;
+            for (Index p = tip; p != fork; p = parents[p]) dropped[p] = true;
+        }
+        centreline_ = without(centreline_, dropped);
+    }
 }
 
 void LumenPlaces::find_neighbours() {

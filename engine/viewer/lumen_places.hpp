@@ -33,7 +33,7 @@ public:
     /// fails  BadValue: the root lies outside
     [[nodiscard]] static Result<LumenPlaces> make(const spheretree::LumenTree& lumen, const Vec3& root);
 
-    /// From the root into every branch, without the corners of the caps that branches end at; radii are distances to the wall.
+    /// From the root into every branch, without dents of the wall and the corners of caps; radii are distances to the wall.
     [[nodiscard]] const spheretree::CentrelineTree& centreline() const noexcept { return centreline_; }
     /// Points that a vessel ends at: tips of branches, and the root where one way leads from it.
     [[nodiscard]] const std::vector<Index>& ends() const noexcept { return ends_; }
@@ -56,6 +56,7 @@ private:
     };
 
     void trim_corners();
+    void drop_stubs();
     void find_neighbours();
     [[nodiscard]] double clearance_at(const Vec3& p) const noexcept;
     [[nodiscard]] Index find_touching_ball(const WallPoint& wall) const;
