@@ -1,5 +1,7 @@
 #include "engine/viewer/lumen_places.hpp"
 
+#include "engine/prepare/geometry_cache.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -45,7 +47,7 @@ CentrelineTree without(const CentrelineTree& tree, const std::vector<bool>& drop
 } // namespace
 
 Result<LumenPlaces> LumenPlaces::make(const spheretree::LumenTree& lumen, const Vec3& root) {
-    Result<CentrelineTree> centreline = spheretree::find_centreline_tree(lumen, root);
+    Result<CentrelineTree> centreline = make_or_read_centreline(lumen, root);
     if (!centreline.ok()) return centreline.error();
     LumenPlaces places(lumen);
     places.wall_.build(lumen.rest_vertices, lumen.triangles);

@@ -29,6 +29,7 @@ struct EntryPlace {
 
 class LumenPlaces {
 public:
+    /// The centreline comes from the cache of prepared geometry, where it has been found before.
     /// lumen  must outlive it     root  m, inside: the centreline begins there
     /// fails  BadValue: the root lies outside
     [[nodiscard]] static Result<LumenPlaces> make(const spheretree::LumenTree& lumen, const Vec3& root);
