@@ -6,8 +6,11 @@ const kColours = { target: "#ffb020", entry: "#4ade80", pickedTarget: "#f0abfc",
 const kArrow = 0.012;   // m, of the arrow at an entry
 const kNear = 16;       // pixels from a mark: its name is shown
 
-/// A ring round a place, as large however far away it is.
-function makeRing(colour: string): THREE.Sprite {
+const ringTextures = new Map<string, THREE.Texture>(); // by colour
+
+function ringTexture(colour: string): THREE.Texture {
+    const known = ringTextures.get(colour);
+    if (known !== undefined) return known;
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = 64;
     const pen = canvas.getContext("2d")!;
@@ -19,7 +22,14 @@ function makeRing(colour: string): THREE.Sprite {
     pen.beginPath();
     pen.arc(32, 32, 5, 0, 2 * Math.PI);
     pen.fill();
-    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, sizeAttenuation: false }));
+    const texture = new THREE.CanvasTexture(canvas);
+    ringTextures.set(colour, texture);
+    return texture;
+}
+
+/// A ring round a place, as large however far away it is.
+function makeRing(colour: string): THREE.Sprite {
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: ringTexture(colour), depthTest: false, sizeAttenuation: false }));
     sprite.scale.setScalar(0.03);
     sprite.renderOrder = 65;
     return sprite;
@@ -100,7 +110,7 @@ export class Places {
         if (target !== null) this.picked.push(new Marked(target, target.name, kColours.pickedTarget));
         if (entry !== null) this.picked.push(entryMark(entry, entry.name, kColours.pickedEntry));
         this.marks.clear();
-        this.marks.add(...[...this.scene, ...this.picked].map((marked) => marked.group));
+        for (const marked of [...this.scene, ...this.picked]) this.marks.add(marked.group);
         this.follow(this.shapes);
     }
 
