@@ -27,6 +27,7 @@ public:
     [[nodiscard]] bool wants_xray() const noexcept override { return xray_; }
     void show_xray(bool on) noexcept override { xray_ = on; }
     void xray_is_due() override;
+    void tell(const std::string& message) override { say(message); }
 
 private:
     struct Message {

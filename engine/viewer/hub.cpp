@@ -31,8 +31,9 @@ constexpr std::size_t kMostWaiting = 16;
 } // namespace
 
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
-    : scene_(scene), model_(prepared.model), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange) {
-    scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
+    : scene_(scene), model_(prepared.model), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)), monitor_(scene, prepared.model, exchange),
+      picker_(prepared.model), saver_(scene) {
+    scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session, picker_.places()));
     for (const EffectDescriptor* effect : registered_effects())
         if (!session.permits(*effect)) range_.missing.push_back(effect);
     std::size_t part = 0;
@@ -89,6 +90,7 @@ void Hub::tick() {
     const std::int64_t now = monotonic_ns();
     plot_.take(exchange_);
     answer_sealed();
+    answer_saved();
     check_driver(now);
     take_snapshot(now);
     take_xray();
@@ -205,6 +207,8 @@ std::string Hub::handle(unsigned client, const Request& request) {
     } else if (std::holds_alternative<TakeMask>(request)) {
         if (const std::string refused = refuse(client); !refused.empty()) return error_message(refused);
         monitor_.take_mask();
+    } else if (std::holds_alternative<PickPlace>(request) || std::holds_alternative<ForgetPicks>(request) || std::holds_alternative<SaveScene>(request)) {
+        return refusal(handle_pick(client, request));
     } else if (std::holds_alternative<TakeSeat>(request)) {
         if (const std::string refused = take_seat(client); !refused.empty()) return notice_message(refused);
     } else if (std::holds_alternative<LeaveSeat>(request)) {

@@ -4,6 +4,8 @@
 #include "engine/viewer/frame.hpp"
 #include "engine/viewer/gate.hpp"
 #include "engine/viewer/messages.hpp"
+#include "engine/viewer/place_messages.hpp"
+#include "engine/viewer/scene_saver.hpp"
 #include "engine/viewer/xray_monitor.hpp"
 
 #include <boost/asio/io_context.hpp>
@@ -40,6 +42,8 @@ public:
     virtual void xray_is_due() = 0;
     /// There is a new one.
     virtual void frame_is_due() = 0;
+    /// A text message for a page; others have nowhere to show it.
+    virtual void tell(const std::string& /*message*/) {}
 };
 
 /// Connections at the same time: HTTP and WebSocket together, and viewers among them.
@@ -86,6 +90,8 @@ public:
     /// What a newcomer gets first.
     [[nodiscard]] const std::vector<std::shared_ptr<const std::string>>& model_messages() const noexcept { return model_messages_; }
     [[nodiscard]] const std::shared_ptr<const std::string>& scene_text() const noexcept { return scene_text_; }
+    /// What is picked, as a message.
+    [[nodiscard]] std::string picks_text() const { return picks_message(picker_.picks(), model_); }
     /// Status to go with the latest frame.
     [[nodiscard]] std::string status_for(unsigned client, std::uint64_t& plot_cursor) const;
     [[nodiscard]] std::uint64_t plot_begin() const noexcept { return plot_.end(); }
@@ -106,6 +112,9 @@ private:
     void take_snapshot(std::int64_t now);
     void take_xray();
     void answer_sealed();
+    void answer_saved();
+    [[nodiscard]] std::string handle_pick(unsigned client, const Request& request);
+    void tell_picks();
     void check_driver(std::int64_t now);
     /// The sentence that says who drives; empty: this viewer.
     [[nodiscard]] std::string refuse(unsigned client) const;
@@ -122,6 +131,8 @@ private:
     CommandRange range_;
     FrameStore frames_;
     XrayMonitor monitor_;
+    Picker picker_;
+    SceneSaver saver_;
     std::shared_ptr<const std::string> xray_; // its last picture
     PlotHistory plot_;
     std::shared_ptr<const std::string> scene_text_;

@@ -4,11 +4,11 @@
 #include "engine/report/places.hpp"
 #include "engine/step/tissue/pull_stage.hpp"
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/viewer/place_messages.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <limits>
 
 namespace trocar::engine::viewer {
 
@@ -45,24 +45,6 @@ Json describe_parts(const SceneModel& model) {
                          {"vertices", instrument.skin.vertex_count()},
                          {"triangles", instrument.skin.triangles.size()}});
     return parts;
-}
-
-/// A target goes with the vessel's nearest vertex.
-Json describe_target(const Place& target, const std::string& name, const SceneModel& model) {
-    Json described{{"name", name}, {"position", point(target.position)}, {"part", nullptr}};
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!model.bodies[i].hollow) continue;
-        const std::vector<Vec3>& vertices = model.bodies[i].surface.vertices;
-        for (std::size_t v = 0; v < vertices.size(); ++v)
-            if (const double distance = (vertices[v] - target.position).squaredNorm(); distance < nearest) {
-                nearest = distance;
-                described["part"] = i;
-                described["vertex"] = v;
-                described["offset"] = point(target.position - vertices[v]);
-            }
-    }
-    return described;
 }
 
 /// What a descent reaches that leaves nothing open. Against a lumen only the instrument's own tree has levels.
@@ -123,13 +105,14 @@ void PlotHistory::take(Exchange& exchange) {
     }
 }
 
-std::string scene_message(const Scene& scene, const PreparedScene& prepared, const Session& session) {
+std::string scene_message(const Scene& scene, const PreparedScene& prepared, const Session& session, const LumenPlaces* places) {
     const SceneModel& model = prepared.model;
     Json message{{"type", "scene"}, {"name", scene.name}, {"file", project_path(scene.file)}, {"step_s", model.step_s}};
     message["parts"] = describe_parts(model);
     message["targets"] = Json::array();
     for (std::size_t k = 0; k < prepared.targets.size(); ++k)
-        message["targets"].push_back(describe_target(prepared.targets[k], scene.targets[k].name, model));
+        message["targets"].push_back(describe_mark(prepared.targets[k].position, scene.targets[k].name, model));
+    message["vessel"] = describe_vessel(places, model);
     message["effects"] = Json::array();
     for (const EffectDescriptor* effect : registered_effects())
         if (session.permits(*effect)) message["effects"].push_back({{"name", effect->name}, {"label", effect->label}});
@@ -222,6 +205,7 @@ CommandRange range_of(const SceneModel& model) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         range.vertices.push_back(model.bodies[i].surface.vertices.size());
         range.pullable.push_back(can_be_pulled(model, i));
+        range.triangles.push_back(model.bodies[i].surface.triangles.size());
     }
     return range;
 }

@@ -1,8 +1,9 @@
-// Text messages of the server: the scene, once; then with every frame the status of the run.
+// Text messages of the server: the scene, once; then with every frame the status of the run. Those about places: place_messages.hpp.
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/viewer/loop.hpp"
+#include "engine/viewer/lumen_places.hpp"
 #include "engine/viewer/read_command.hpp"
 
 #include <deque>
@@ -34,7 +35,8 @@ struct SeatView {
     std::size_t viewers = 0;
 };
 
-[[nodiscard]] std::string scene_message(const Scene& scene, const PreparedScene& prepared, const Session& session);
+/// places  of the vessel that the first instrument moves in, or nullptr
+[[nodiscard]] std::string scene_message(const Scene& scene, const PreparedScene& prepared, const Session& session, const LumenPlaces* places);
 /// cursor  first point that this viewer has not seen; moved on
 [[nodiscard]] std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const SeatView& seats, const PlotHistory& plot,
                                          std::uint64_t not_shown, std::uint64_t& cursor);

@@ -1,97 +1,19 @@
 #include "engine/viewer/read_command.hpp"
 
 #include "engine/io/shown.hpp"
+#include "engine/viewer/message_members.hpp"
 #include "engine/viewer/session.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <map>
-#include <optional>
-#include <set>
 
 namespace trocar::engine::viewer {
 
 namespace {
-
-using Parsed = nlohmann::json;
-
-/// m; nothing that can be pulled is larger.
-constexpr double kFurthestTarget = 10.0;
-
-/// One message's members, each read once; the first error is kept, and an unread member is one.
-class Members {
-public:
-    explicit Members(const Parsed& object) : object_(object) { asked_.insert("type"); }
-
-    double number(const char* key, double least, double most) {
-        const Parsed* value = find(key);
-        if (value == nullptr) return least;
-        const double number = value->is_number() ? value->get<double>() : std::nan("");
-        if (number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; expected a number from {:g} to {:g}", key, text_of(*value), least, most));
-        return least;
-    }
-    std::uint64_t whole(const char* key, std::uint64_t least, std::uint64_t most) {
-        const Parsed* value = find(key);
-        if (value == nullptr) return least;
-        if (value->is_number_unsigned())
-            if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; expected an integer from {} to {}", key, text_of(*value), least, most));
-        return least;
-    }
-    bool flag(const char* key) {
-        const Parsed* value = find(key);
-        if (value == nullptr) return false;
-        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; expected true or false", key, text_of(*value)));
-        return value->is_boolean() && value->get<bool>();
-    }
-    std::string word(const char* key) {
-        const Parsed* value = find(key);
-        if (value == nullptr) return {};
-        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; expected a text", key, text_of(*value)));
-        return value->is_string() ? value->get<std::string>() : std::string();
-    }
-    Vec3 point(const char* key) {
-        const Parsed* value = find(key);
-        Vec3 point = Vec3::Zero();
-        if (value == nullptr) return point;
-        bool good = value->is_array() && value->size() == 3;
-        for (std::size_t axis = 0; good && axis < 3; ++axis) {
-            good = (*value)[axis].is_number() && std::abs((*value)[axis].get<double>()) <= kFurthestTarget;
-            if (good) point[static_cast<int>(axis)] = (*value)[axis].get<double>();
-        }
-        if (!good) complain(fmt::format("\"{}\" is {}; expected three numbers in metres", key, text_of(*value)));
-        return point;
-    }
-    void complain(std::string what) {
-        if (!error_) error_ = Error{ErrorCode::BadValue, std::move(what)};
-    }
-    /// The error, also for members that were not read.
-    [[nodiscard]] std::optional<Error> finish() {
-        for (const auto& member : object_.items())
-            if (!asked_.contains(member.key())) complain(fmt::format("\"{}\" means nothing here", shown(member.key())));
-        return error_;
-    }
-
-private:
-    const Parsed* find(const char* key) {
-        asked_.insert(key);
-        const auto found = object_.find(key);
-        if (found != object_.end()) return &*found;
-        complain(fmt::format("\"{}\" is missing", key));
-        return nullptr;
-    }
-    static std::string text_of(const Parsed& value) { return shown(value.dump(-1, ' ', true, Parsed::error_handler_t::replace)); }
-
-    const Parsed& object_;
-    std::set<std::string, std::less<>> asked_;
-    std::optional<Error> error_;
-};
 
 Request read_budget(Members& members) {
     SetBudget set;
@@ -160,12 +82,34 @@ Request read_carm(Members& members) {
 
 Request read_save(Members& members) {
     SaveState save;
-    const std::string name = members.word("name");
-    if (name.empty() || name.size() > kLongestStateName || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
-        members.complain(fmt::format("\"name\" is \"{}\"; expected 1 to {} bytes, and no control characters", shown(name), kLongestStateName));
-    else
-        std::copy(name.begin(), name.end(), save.name.begin());
+    const std::string name = members.name("name");
+    std::copy_n(name.begin(), std::min(name.size(), kLongestStateName), save.name.begin());
     return Command{save};
+}
+
+Request read_pick(Members& members, const CommandRange& range) {
+    PickPlace pick;
+    const std::string what = members.word("what");
+    if (what == "entry")
+        pick.what = PickPlace::What::Entry;
+    else if (what != "target")
+        members.complain(fmt::format("\"what\" is \"{}\"; expected target or entry", shown(what)));
+    if (range.triangles.empty())
+        members.complain("the scene has no body");
+    else
+        pick.body = static_cast<std::uint32_t>(members.whole("body", 0, range.triangles.size() - 1));
+    const std::size_t triangles = range.triangles.empty() ? 0 : range.triangles[pick.body];
+    if (triangles > 0) pick.triangle = static_cast<Index>(members.whole("triangle", 0, triangles - 1));
+    pick.weights = members.weights("weights");
+    return pick;
+}
+
+Request read_save_scene(Members& members, bool named) {
+    SaveScene save{members.name("target"), {}};
+    if (!named) return save;
+    save.file_name = members.word("name");
+    if (const auto good = check_file_name(save.file_name); !good.ok()) members.complain(good.error().message);
+    return save;
 }
 
 std::uint32_t read_saved(Members& members) {
@@ -201,6 +145,10 @@ const std::map<std::string, Reader, std::less<>>& readers() {
         {"xray", [](Members& m, const CommandRange&) -> Request { return ShowXray{m.flag("on")}; }},
         {"carm", [](Members& m, const CommandRange&) -> Request { return read_carm(m); }},
         {"mask", [](Members&, const CommandRange&) -> Request { return TakeMask{}; }},
+        {"pick", read_pick},
+        {"unpick", [](Members&, const CommandRange&) -> Request { return ForgetPicks{}; }},
+        {"save_scene", [](Members& m, const CommandRange&) -> Request { return read_save_scene(m, false); }},
+        {"save_scene_as", [](Members& m, const CommandRange&) -> Request { return read_save_scene(m, true); }},
         {"take", [](Members&, const CommandRange&) -> Request { return TakeSeat{}; }},
         {"leave", [](Members&, const CommandRange&) -> Request { return LeaveSeat{}; }},
         {"ping", [](Members& m, const CommandRange&) -> Request { return Ping{m.number("number", 0.0, 1e15)}; }},

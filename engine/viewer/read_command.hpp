@@ -4,6 +4,7 @@
 
 #include "base/result.hpp"
 #include "engine/viewer/command.hpp"
+#include "engine/viewer/picks.hpp"
 #include "engine/viewer/xray_settings.hpp"
 
 #include <string_view>
@@ -18,6 +19,7 @@ struct CommandRange {
     std::vector<bool> pullable;        // [body]
     std::vector<const EffectDescriptor*> missing{}; // effects that can be switched, but not in this scene
     bool contrast = false;                          // can be injected
+    std::vector<std::size_t> triangles{};           // [body] of its surface
 };
 
 /// About this viewer alone.
@@ -41,7 +43,7 @@ struct Ping {
     double number = 0.0;
 };
 
-using Request = std::variant<Command, ShowSpheres, ShowXray, SetXray, TakeMask, TakeSeat, LeaveSeat, Ping>;
+using Request = std::variant<Command, ShowSpheres, ShowXray, SetXray, TakeMask, PickPlace, ForgetPicks, SaveScene, TakeSeat, LeaveSeat, Ping>;
 
 /// Bytes of a message at most; a pull, the longest, takes about 150.
 inline constexpr std::size_t kLongestMessage = 2048;

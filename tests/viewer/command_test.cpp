@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const CommandRange kRange{{100, 50}, {true, false}, {&effects::gravity}};
+const CommandRange kRange{{100, 50}, {true, false}, {&effects::gravity}, false, {200, 90}};
 
 /// The command in a message that must be one.
 template <class T>
@@ -50,6 +50,18 @@ TEST(ViewerMessages, AreUnderstood) {
     EXPECT_EQ(read<ForgetState>(R"({"type":"forget","saved":3})").saved, 3u);
     for (const char* plain : {"step", "let_go", "restart"})
         EXPECT_TRUE(read_request(fmt::format(R"({{"type":"{}"}})", plain), kRange).ok()) << plain;
+}
+
+TEST(ViewerMessages, OfPicksAreUnderstood) {
+    const auto read_as = [](const std::string& text) { return *read_request(text, kRange); };
+    const auto pick = std::get<PickPlace>(read_as(R"({"type":"pick","what":"entry","body":1,"triangle":89,"weights":[0.5,0.5003,0]})"));
+    EXPECT_EQ(pick.what, PickPlace::What::Entry);
+    EXPECT_EQ(pick.body, 1u);
+    EXPECT_EQ(pick.triangle, 89u);
+    EXPECT_NEAR(pick.weights[0] + pick.weights[1] + pick.weights[2], 1.0, 1e-12);
+    EXPECT_TRUE(std::holds_alternative<ForgetPicks>(read_as(R"({"type":"unpick"})")));
+    EXPECT_EQ(std::get<SaveScene>(read_as(R"({"type":"save_scene","target":"picked"})")).file_name, "");
+    EXPECT_EQ(std::get<SaveScene>(read_as(R"({"type":"save_scene_as","target":"picked","name":"my-scene.json"})")).file_name, "my-scene.json");
 }
 
 struct Refused {
@@ -97,11 +109,30 @@ INSTANTIATE_TEST_SUITE_P(
                       Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
                       Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},
                       Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0]})", "three numbers"},
-                      Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0,1e9]})", "three numbers"}),
+                      Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0,1e9]})", "three numbers"},
+                      Refused{R"({"type":"pick","what":"exit","body":0,"triangle":0,"weights":[1,0,0]})", "target or entry"},
+                      Refused{R"({"type":"pick","what":"target","body":2,"triangle":0,"weights":[1,0,0]})", "from 0 to 1"},
+                      Refused{R"({"type":"pick","what":"target","body":-1,"triangle":0,"weights":[1,0,0]})", "from 0 to 1"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":200,"weights":[1,0,0]})", "from 0 to 199"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":99999999999999999999,"weights":[1,0,0]})", "from 0 to 199"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":0,"weights":[NaN,0,0]})", "no JSON object"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":0,"weights":[null,0,1]})", "with the sum 1"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":0,"weights":[2,-1,0]})", "with the sum 1"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":0,"weights":[0,0,0]})", "with the sum 1"},
+                      Refused{R"({"type":"pick","what":"target","body":0,"triangle":0,"weights":[1,0]})", "with the sum 1"},
+                      Refused{R"({"type":"save_scene"})", "\"target\" is missing"}, Refused{R"({"type":"save_scene","target":""})", "1 to 48 bytes"},
+                      Refused{R"({"type":"save_scene","target":"a\u0000b"})", "no control characters"},
+                      Refused{R"({"type":"save_scene_as","target":"picked"})", "\"name\" is missing"},
+                      Refused{R"({"type":"save_scene_as","target":"picked","name":""})", "1 to 64 letters"},
+                      Refused{R"({"type":"save_scene_as","target":"picked","name":"../scene"})", "1 to 64 letters"},
+                      Refused{R"({"type":"save_scene_as","target":"picked","name":"/etc/passwd"})", "1 to 64 letters"},
+                      Refused{R"({"type":"save_scene_as","target":"picked","name":".bashrc"})", "1 to 64 letters"},
+                      Refused{R"({"type":"save_scene_as","target":"picked","name":7})", "expected a text"}),
     [](const auto& tested) { return "Number" + std::to_string(tested.index); });
 
 TEST(ViewerMessages, ThatAreTooLongAreRefusedByTheirLength) {
     EXPECT_THAT(complaint(R"({"type":"pause","on":)" + std::string(kLongestMessage, ' ') + "true}"), HasSubstr("at most 2048"));
+    EXPECT_THAT(complaint(R"({"type":"save_scene_as","target":"picked","name":")" + std::string(10'240, 'x') + "\"}"), HasSubstr("at most 2048"));
 }
 
 TEST(ViewerMessages, NestedDeeplyAreRefused) {
@@ -116,6 +147,7 @@ TEST(ViewerMessages, GarbageNeverBreaksTheReader) {
     std::mt19937 random(seed);
     const std::vector<std::string> good = {
         R"({"type":"drive","insertion":0.5,"rotation":-1})", R"({"type":"budget","mode":"wall","ms":0.5})",
+        R"({"type":"pick","what":"target","body":0,"triangle":7,"weights":[0.25,0.25,0.5]})", R"({"type":"save_scene_as","target":"picked","name":"scene-2"})",
         R"({"type":"carm","primary":0.5,"secondary":-0.2,"zoom":2,"at_tip":true,"pixels":256,"display":"roadmap"})", R"({"type":"xray","on":true})",
         R"({"type":"grab","body":0,"vertex":7,"target":[0.1,0.2,0.3]})", R"({"type":"effect","name":"gravity","on":true})"};
     const auto pick = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
@@ -147,8 +179,17 @@ TEST(ViewerMessages, GarbageNeverBreaksTheReader) {
         if (!request.ok()) {
             EXPECT_FALSE(request.error().message.empty()) << text;
         } else if (const auto* command = std::get_if<Command>(&*request)) {
-            if (const auto* drive = std::get_if<Drive>(command)) EXPECT_LE(std::abs(drive->insertion), 1.0) << text;
-            if (const auto* grab = std::get_if<Grab>(command)) EXPECT_LT(grab->vertex, 100u) << text;
+            if (const auto* drive = std::get_if<Drive>(command)) {
+                EXPECT_LE(std::abs(drive->insertion), 1.0) << text;
+            }
+            if (const auto* grab = std::get_if<Grab>(command)) {
+                EXPECT_LT(grab->vertex, 100u) << text;
+            }
+        } else if (const auto* picked = std::get_if<PickPlace>(&*request)) {
+            EXPECT_LT(picked->triangle, 200u) << text;
+            EXPECT_NEAR(picked->weights[0] + picked->weights[1] + picked->weights[2], 1.0, 1e-12) << text;
+        } else if (const auto* save = std::get_if<SaveScene>(&*request)) {
+            EXPECT_EQ(save->file_name.find('/'), std::string::npos) << text;
         }
     }
     EXPECT_GT(understood, 100u);

@@ -1,6 +1,8 @@
 // The server with unauthorised clients, viewers and a driver.
 #include "live.hpp"
 
+#include "../temp_folder.hpp"
+
 #include "engine/report/picture_scene.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "engine/time/clock.hpp"
@@ -146,6 +148,76 @@ TEST(ViewerServer, ADriveCommandThatIsNotRepeatedEnds) {
                      return status["drive"][0] == 1.0;
                  }).is_null());
     EXPECT_FALSE(driver.await_status([](const Json& status) { return status["drive"][0] == 0.0; }).is_null());
+}
+
+TEST(ViewerServer, TellsThePageTheVesselsPlaces) {
+    const Live live;
+    const Json vessel = Viewer(live).await_type("scene")["vessel"];
+    EXPECT_EQ(vessel["part"], 0);
+    EXPECT_EQ(vessel["entry"]["name"], "entry of wire");
+    EXPECT_EQ(vessel["entry"]["direction"], Json({0.0, 0.0, 1.0}));
+    const std::size_t points = vessel["centreline"]["parents"].size();
+    EXPECT_GT(points, 100u); // of about 150 mm
+    EXPECT_EQ(vessel["centreline"]["points"].size(), 3 * points);
+    EXPECT_EQ(vessel["centreline"]["parents"][0], -1);
+    EXPECT_TRUE(vessel["centreline"]["vertices"].is_null()) << "the tube stands still";
+}
+
+TEST(ViewerServer, PicksAreTheDriversAndAllSeeThem) {
+    const Live live;
+    Viewer driver(live);
+    EXPECT_TRUE(driver.await_type("picks")["target"].is_null());
+    (void)driver.await_type("status");
+    Viewer watcher(live);
+    (void)watcher.await_type("status");
+    const std::string pick = R"({"type":"pick","what":"target","body":0,"triangle":40,"weights":[1,0,0]})";
+    for (const std::string& message : {pick, std::string(R"({"type":"unpick"})"), std::string(R"({"type":"save_scene","target":"picked"})")}) {
+        watcher.send(message);
+        EXPECT_THAT(watcher.await_type("error")["text"].get<std::string>(), HasSubstr("you watch")) << message;
+    }
+    driver.send(pick);
+    for (Viewer* each : {&driver, &watcher}) {
+        const Json picked = each->await_type("picks");
+        EXPECT_NEAR(picked["target"]["radius"].get<double>(), 3e-3, 5e-4);
+        EXPECT_TRUE(picked["entry"].is_null());
+    }
+    Viewer late(live);
+    EXPECT_FALSE(late.await_type("picks")["target"].is_null());
+    driver.send(R"({"type":"unpick"})");
+    EXPECT_TRUE(driver.await_type("picks")["target"].is_null());
+}
+
+TEST(ViewerServer, SavesTheSceneWithItsPicks) {
+    const TempFolder folder;
+    const std::string text = engine::test::bent_tube_scene({35, "work:20000"});
+    const std::filesystem::path file = folder.write("bent tube.json", text);
+    const Scene scene = *read_scene(file);
+    Live live(scene, *make_prepared_scene(scene));
+    Viewer driver(live);
+    (void)driver.await_type("status");
+    driver.send(R"({"type":"save_scene","target":"picked"})");
+    EXPECT_THAT(driver.await_type("error")["text"].get<std::string>(), HasSubstr("nothing is picked"));
+    driver.send(R"({"type":"pick","what":"entry","body":0,"triangle":40,"weights":[1,0,0]})");
+    (void)driver.await_type("picks");
+    driver.send(R"({"type":"save_scene_as","target":"picked","name":"bent-2"})");
+    const Json saved = driver.await_type("saved_scene");
+    EXPECT_EQ(saved["file"], (folder.path() / "bent-2.json").string());
+    EXPECT_EQ(saved["command"], "trocar view " + (folder.path() / "bent-2.json").string());
+    EXPECT_TRUE(read_scene(folder.path() / "bent-2.json").ok());
+    driver.send(R"({"type":"save_scene_as","target":"picked","name":"bent-2"})");
+    EXPECT_THAT(driver.await_type("error")["text"].get<std::string>(), HasSubstr("already"));
+    std::ifstream original(file);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(original), {}), text);
+}
+
+TEST(ViewerServer, SaysThatASceneOfNoFileHasNoFolder) {
+    const Live live;
+    Viewer driver(live);
+    (void)driver.await_type("status");
+    driver.send(R"({"type":"pick","what":"target","body":0,"triangle":40,"weights":[1,0,0]})");
+    (void)driver.await_type("picks");
+    driver.send(R"({"type":"save_scene","target":"picked"})");
+    EXPECT_THAT(driver.await_type("error")["text"].get<std::string>(), HasSubstr("came from no file"));
 }
 
 TEST(ViewerServer, OneDrivesAndTheOthersWatch) {

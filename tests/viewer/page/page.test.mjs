@@ -1,7 +1,7 @@
 // The page as a user sees it, in headless Chromium with software WebGL.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test as testOf } from "node:test";
@@ -534,6 +534,51 @@ test("states are saved under names, gone back to, taken away and forgotten", asy
     }
     await page.keyboard.press("Space");
     noComplaints(page);
+});
+
+test("target and entry are picked by clicks, saved in a new scene, and it opens", async () => {
+    const original = join(folder, "bend.json");
+    copyFileSync(scene, original);
+    const suite = await Served.start(original, ["--paused"]);
+    const page = await openPage(browser, suite.url);
+    await page.keyboard.press("Escape");
+    const { vessel } = await page.evaluate(() => window.trocar.scene);
+    const place = (share) => vessel.centreline.points.slice(3 * Math.floor(share * vessel.centreline.parents.length)).slice(0, 3);
+    const at = (point) => page.evaluate((where) => window.trocar.at(where), point);
+    await page.mouse.move(...await at(vessel.entry.position));
+    await page.waitForFunction(() => document.getElementById("mark-name").checkVisibility() && document.getElementById("mark-name").textContent === "entry of catheter");
+    await page.click("#pick-target");
+    await page.mouse.click(470, 500); // between the legs of the bend
+    await until(page, "said.some((text) => /There is no vessel under the pointer: a click on vessel picks/.test(text))");
+    await page.mouse.click(...await at(place(0.8)));
+    await until(page, "s.picks.target !== null && s.picks.entry === null && Math.abs(s.picks.target.radius - 0.005) < 0.001");
+    assert.match(await page.innerText("#picked-target"), /radius [45]\.\d\d mm/);
+    const target = await page.evaluate(() => window.trocar.picks.target.position);
+    assert.ok(Math.hypot(...target.map((x, k) => x - place(0.8)[k])) < 0.006, `${target}`);
+    await page.click("#pick-entry");
+    await page.mouse.click(...await at([0, 0, 0.003])); // the end that the instrument's own entry is near
+    await until(page, "s.picks.entry !== null && s.picks.entry.direction[2] > 0.9");
+    await page.fill("#picked-name", "beyond");
+    await page.click("#scene-save");
+    await until(page, "s.saved?.file.endsWith('bend-picked.json')");
+    assert.equal(await page.innerText("#saved-command"), `trocar view ${join(folder, "bend-picked.json")}`);
+    await page.fill("#scene-file", "bend"); // the original's
+    await page.click("#scene-save");
+    await until(page, "said.some((text) => /nothing was saved: there is a file bend.json already/.test(text))");
+    await page.click("#unpick");
+    await until(page, "s.picks.target === null && s.picks.entry === null && document.getElementById('picked-target').textContent === '–'");
+    for (const id of ["#centreline", "#marks"]) await page.click(id);
+    assert.equal(readFileSync(original, "utf8"), readFileSync(scene, "utf8"));
+    noComplaints(page);
+    await page.close();
+    assert.equal(await suite.stop(), 0);
+    const again = await Served.start(join(folder, "bend-picked.json"), ["--script"]);
+    const opened = await openPage(browser, again.url);
+    await until(opened, "s.scene.targets.some((mark) => mark.name === 'beyond') && t.script && t.insertion_m > 0.01");
+    const distance = await opened.evaluate((there) => Math.hypot(...window.trocar.scene.targets.find((mark) => mark.name === "beyond").position.map((x, k) => x - there[k])), target);
+    assert.ok(distance < 1e-6, `${distance}`);
+    await opened.close();
+    assert.equal(await again.stop(), 0);
 });
 
 /// As thin as a guide wire's tip in a vessel: without help less than a pixel in the whole view.

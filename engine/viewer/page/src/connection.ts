@@ -1,5 +1,5 @@
 // The WebSocket, which comes back by itself when it is lost.
-import { readFrame, readModel, readXray, type XrayPicture, type Frame, type Model, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
+import { readFrame, readModel, readXray, type XrayPicture, type Frame, type Model, type PartShape, type Picks, type SavedScene, type SceneMessage, type Status, type TextMessage } from "./protocol";
 
 export interface Listener {
     onScene(scene: SceneMessage): void;
@@ -7,6 +7,8 @@ export interface Listener {
     onFrame(frame: Frame, shapes: PartShape[]): void;
     onXray(picture: XrayPicture): void;
     onStatus(status: Status): void;
+    onPicks(picks: Picks): void;
+    onSavedScene(saved: SavedScene): void;
     onMessage(kind: "error" | "notice", text: string): void;
     onConnection(open: boolean): void;
 }
@@ -79,6 +81,8 @@ export class Connection {
     private text(message: TextMessage): void {
         if (message.type === "scene") this.listener.onScene(message);
         else if (message.type === "status") this.listener.onStatus(message);
+        else if (message.type === "picks") this.listener.onPicks(message);
+        else if (message.type === "saved_scene") this.listener.onSavedScene(message);
         else if (message.type === "error" || message.type === "notice") this.listener.onMessage(message.type, message.text);
     }
 

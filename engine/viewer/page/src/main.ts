@@ -1,11 +1,13 @@
 // Joins the parts: what comes from the server goes to the stage and the panel, user input goes to the server.
+import { Vector3 } from "three";
 import { Connection } from "./connection";
 import { Hand, hasItsOwn, isDriven } from "./hand";
 import { History } from "./history";
 import { Panel } from "./panel";
 import { Plot } from "./plot";
-import type { SceneMessage, Status, XrayPicture } from "./protocol";
+import type { Picks, SavedScene, SceneMessage, Status, XrayPicture } from "./protocol";
 import { Orientation } from "./orientation";
+import { Picker } from "./picker";
 import { Puller } from "./puller";
 import { Stage } from "./stage";
 import { ScaleBar } from "./scale";
@@ -17,6 +19,8 @@ export interface Probe {
     frames: number;
     status: Status | undefined;
     scene: SceneMessage | undefined;
+    picks: Picks | undefined;
+    saved: SavedScene | undefined; // the last one
     latencyMs: number[]; // from a key to the picture that shows its effect
     frameMs: number;
     drawMs: number;
@@ -26,6 +30,7 @@ export interface Probe {
     xray: { pictures: number; perSecond: number; latest: XrayPicture | undefined; shown: boolean }; // of the X-ray monitor
     mmPerPixel: number;  // in the middle of the view
     looking: [number, number, number]; // unit vector from the eye into the scene
+    at(place: [number, number, number]): [number, number]; // pixels of the page where it is seen
     drop(): void;
 }
 declare global {
@@ -49,6 +54,7 @@ class App {
     ];
     private readonly panel: Panel;
     private readonly puller: Puller;
+    private readonly picker: Picker;
     private readonly xray: XrayScreen;
     private readonly welcome = element<HTMLDialogElement>("welcome");
     private status: Status | undefined;
@@ -74,7 +80,18 @@ class App {
                 if (this.xray.shown) ++this.probe.pictures;
             },
             onStatus: (status) => this.setStatus(status),
-            onMessage: (kind, text) => this.panel.say(kind, text),
+            onPicks: (picks) => {
+                this.probe.picks = picks;
+                this.picker.setPicks(picks);
+            },
+            onSavedScene: (saved) => {
+                this.probe.saved = saved;
+                this.picker.setSaved(saved);
+            },
+            onMessage: (kind, text) => {
+                if (kind === "error") this.picker.refuse();
+                this.panel.say(kind, text);
+            },
             onConnection: (open) => this.setConnection(open),
         });
         const send = (message: Record<string, unknown>) => this.send(message);
@@ -87,6 +104,10 @@ class App {
         this.xray = new XrayScreen(send, (text) => this.panel.say("notice", text), (axes) => orientation.update(axes));
         this.panel = new Panel(this.stage, this.xray, this.plot, send, () => this.showHelp(), this.connection);
         this.puller = new Puller(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
+        this.picker = new Picker(this.stage, element("view"), send, {
+            say: (text, id) => this.panel.say("notice", text, id),
+            unsay: (id) => this.panel.unsay(id),
+        });
         this.hand = new Hand(element("pad"), element("knob"),
             (wish) => this.send({ type: "drive", ...wish }), () => this.beginDrive());
         this.hand.onGamepadButton = (button) => {
@@ -94,7 +115,8 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, xray: this.xray, mmPerPixel: 0, looking: this.stage.looking,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, picks: undefined, saved: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, xray: this.xray, mmPerPixel: 0, looking: this.stage.looking,
+            at: (place) => this.stage.project(new Vector3(...place)),
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -131,6 +153,7 @@ class App {
         document.title = `Trocar: ${scene.name}`;
         this.stage.setScene(scene);
         this.panel.setScene(scene);
+        this.picker.setScene(scene);
     }
 
     private setStatus(status: Status): void {
@@ -180,6 +203,7 @@ class App {
     private key(event: KeyboardEvent): void {
         if (event.ctrlKey || event.altKey || event.metaKey) return;
         if (event.code === "Escape" && event.target instanceof HTMLElement) element("view").focus();
+        if (event.code === "Escape") this.picker.disarm();
         if (!hasItsOwn(event) && this.panel.key(event)) event.preventDefault();
     }
 

@@ -1,4 +1,4 @@
-// Marks in the picture: dots where contacts are, coloured by depth, and rings round targets.
+// Dots where contacts are, coloured by depth.
 import * as THREE from "three";
 
 const kDeepest = 2e-4;   // m, where the colours of contacts end
@@ -48,23 +48,4 @@ export function setDots(geometry: THREE.BufferGeometry, dots: Float32Array): voi
     buffer.addUpdateRange(0, dots.length);
     buffer.needsUpdate = true;
     geometry.setDrawRange(0, dots.length / 4);
-}
-
-export function makeTarget(): THREE.Sprite {
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = 64;
-    const pen = canvas.getContext("2d")!;
-    pen.lineWidth = 5;
-    pen.strokeStyle = "#ffb020";
-    pen.beginPath();
-    pen.arc(32, 32, 20, 0, 2 * Math.PI);
-    pen.stroke();
-    pen.fillStyle = "#ffb020";
-    pen.beginPath();
-    pen.arc(32, 32, 5, 0, 2 * Math.PI);
-    pen.fill();
-    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, sizeAttenuation: false }));
-    sprite.scale.setScalar(0.03);
-    sprite.renderOrder = 65;
-    return sprite;
 }

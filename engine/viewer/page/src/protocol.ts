@@ -8,13 +8,23 @@ export interface Part {
     vertices: number;
     triangles: number;
 }
-export interface Target {
+/// A place that goes with a vertex of a part, as place_messages.hpp describes it.
+export interface Mark {
     name: string;
-    position: [number, number, number];
+    position: [number, number, number]; // m, at rest
     part: number | null;
     vertex?: number;
     offset?: [number, number, number];
 }
+export interface EntryMark extends Mark { direction: [number, number, number] }
+export interface Centreline {
+    points: number[];          // x, y, z of each, m, at rest
+    parents: number[];         // -1: the first
+    vertices: number[] | null; // null: the vessel stands still
+    offsets: number[] | null;
+}
+/// That the first instrument moves in.
+export interface Vessel { part: number; instrument: string; entry: EntryMark; centreline: Centreline }
 export type Budget = { mode: "wall"; ms: number } | { mode: "work"; units: number } | { mode: "exact" };
 /// Unit vectors from the eye into the scene, as the report's pictures have them, and what is above.
 export interface View {
@@ -28,7 +38,8 @@ export interface SceneMessage {
     file: string;
     step_s: number;
     parts: Part[];
-    targets: Target[];
+    targets: Mark[];
+    vessel: Vessel | null;     // null: no instrument moves in one
     effects: { name: string; label: string }[]; // that can be switched
     scope: "collision" | "step";
     budget: Budget;
@@ -101,9 +112,18 @@ export interface Status {
     saved: SavedMark[]; // the oldest first
     steps: PlotStep[];
 }
+/// What is picked; radius: of the vessel there, m.
+export interface Picks {
+    type: "picks";
+    target: (Mark & { radius: number }) | null;
+    entry: (EntryMark & { radius: number }) | null;
+}
+export interface SavedScene { type: "saved_scene"; file: string; command: string; notices: string[] }
 export type TextMessage =
     | SceneMessage
     | Status
+    | Picks
+    | SavedScene
     | { type: "error" | "notice"; text: string }
     | { type: "pong"; number: number };
 

@@ -7,9 +7,10 @@ import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Backdrop } from "./backdrop";
 import { axesOfCamera, drawOrientation, type Axes, type Direction } from "./orientation";
 import { drawScale } from "./scale";
-import { makeDots, makeTarget, setDots } from "./marks";
+import { makeDots, setDots } from "./marks";
+import { Places } from "./places";
 import { Surface } from "./surface";
-import type { Frame, Model, PartShape, SceneMessage, View } from "./protocol";
+import type { Frame, Model, PartShape, Picks, SceneMessage, View } from "./protocol";
 
 const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
 const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more simply, then with fewer pixels
@@ -23,6 +24,8 @@ const kTail = 0.035;            // m around the tip in the tip's view
 const kMargin = 1.12;           // of the whole view, times what it shows
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
+/// A point of a surface: weights of the triangle's corners.
+export interface WallHit { triangle: number; weights: [number, number, number] }
 
 export class Stage {
     readonly renderer: THREE.WebGLRenderer;
@@ -49,7 +52,7 @@ export class Stage {
     private readonly rodMaterial = new LineMaterial({ linewidth: 3, depthTest: false, transparent: true, opacity: 0.9 });
     private readonly dots: THREE.Points;
     private readonly spheres: THREE.InstancedMesh;
-    private readonly targets: { mesh: THREE.Sprite; part: number | null; vertex: number; offset: THREE.Vector3; rest: THREE.Vector3 }[] = [];
+    private readonly places = new Places();
     private readonly grabLine: THREE.Line;
     private readonly tip = new THREE.Vector3();
     private hasTip = false;
@@ -92,7 +95,7 @@ export class Stage {
         this.grabLine.renderOrder = 80;
         this.grabLine.frustumCulled = false;
         this.grabLine.visible = false;
-        this.scene.add(this.rod, this.dots, this.spheres, this.grabLine);
+        this.scene.add(this.rod, this.dots, this.spheres, this.grabLine, this.places.group);
         addEventListener("resize", () => this.resize());
         this.resize();
     }
@@ -109,15 +112,7 @@ export class Stage {
         this.shapes = [];
         // Organs hold vessels: their far sides come before those of the vessels, their near sides after.
         for (const surface of this.surfaces) this.scene.add(surface.shaded);
-        for (const target of this.targets) this.scene.remove(target.mesh);
-        this.targets.length = 0;
-        for (const target of message.targets) {
-            const mesh = makeTarget();
-            this.scene.add(mesh);
-            const rest = new THREE.Vector3(...target.position);
-            this.targets.push({ mesh, part: target.part, vertex: target.vertex ?? 0, offset: new THREE.Vector3(...(target.offset ?? [0, 0, 0])), rest });
-            mesh.position.copy(rest);
-        }
+        this.places.setScene(message);
         this.rodRadius = message.radius ?? 5e-4;
         this.view = message.view;
         this.camera.up.set(...message.view.up);
@@ -154,10 +149,7 @@ export class Stage {
         this.setRod(frame.rod);
         setDots(this.dots.geometry, frame.dots);
         this.setSpheres(frame);
-        for (const target of this.targets) {
-            const shape = target.part === null ? undefined : this.shapes[target.part];
-            if (shape !== undefined) target.mesh.position.fromArray(shape.position, 3 * target.vertex).add(target.offset);
-        }
+        this.places.follow(this.shapes);
     }
 
     private setRod(points: Float32Array): void {
@@ -271,6 +263,33 @@ export class Stage {
             best = { distance: hit.distance, picked: { body, vertex: corners[gaps.indexOf(Math.min(...gaps))], point: hit.point.clone() } };
         });
         return best?.picked;
+    }
+
+    /// The nearest side of one part; undefined: it is not there.
+    pickWall(clientX: number, clientY: number, part: number): WallHit | undefined {
+        const surface = this.surfaces[part];
+        if (this.hidden || surface === undefined || surface.whole.index === null) return undefined;
+        const [hit] = this.rayAt(clientX, clientY).intersectObject(surface.pick, false);
+        return hit?.faceIndex == null || hit.barycoord == null ? undefined : { triangle: hit.faceIndex, weights: hit.barycoord.toArray() };
+    }
+
+    /// Pixels of the page where a place is seen.
+    project(place: THREE.Vector3): [number, number] {
+        const box = this.canvas.getBoundingClientRect(), seen = place.clone().project(this.camera);
+        return [box.left + (0.5 + 0.5 * seen.x) * box.width, box.top + (0.5 - 0.5 * seen.y) * box.height];
+    }
+    nameAt(x: number, y: number): string | undefined { return this.hidden ? undefined : this.places.nameAt(x, y, (place) => this.project(place)); }
+    setPicks(picks: Picks): void {
+        this.places.setPicks(picks);
+        this.touch();
+    }
+    showCentreline(on: boolean): void {
+        this.places.showCentreline(on);
+        this.touch();
+    }
+    showMarks(on: boolean): void {
+        this.places.showMarks(on);
+        this.touch();
     }
 
     rayAt(clientX: number, clientY: number): THREE.Raycaster {
