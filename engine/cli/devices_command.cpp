@@ -2,7 +2,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/scene/device.hpp"
 #include "engine/scene/nearest.hpp"
-#include "engine/scene/read_design.hpp"
+#include "engine/scene/section.hpp"
 #include "fem/rod/rod_model.hpp"
 
 #include <CLI/CLI.hpp>
@@ -20,10 +20,9 @@ namespace {
 int list_devices() {
     fmt::print("{:<24}{:>10}{:>10}{:>10}{:>14}{:>14}  {}\n", "", "length mm", "radius mm", "bore mm", "EI N mm^2", "tip EI N mm^2", "");
     for (const DeviceText& text : device_texts()) {
-        Result<Device> device = parse_device(text.text, text.file);
+        const Result<Device> device = parse_device(text.text, text.file);
         if (!device.ok()) return report_error(device.error());
-        complete_section(device->instrument);
-        const fem::RodDesign& design = device->instrument.design;
+        const fem::RodDesign design = solid_section(device->instrument);
         const auto rod = fem::make_rod_model(design);
         if (!rod.ok()) return report_error(rod.error());
         const auto bending = [&](std::size_t node) { return 1e6 * rod->bend_stiffness[node] * std::pow(rod->segment, 3); };

@@ -7,6 +7,7 @@
 #include "engine/prepare/standing_room.hpp"
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/scene/scene_size.hpp"
+#include "engine/scene/section.hpp"
 #include "engine/time/clock.hpp"
 #include "fem/rod/mass_spring.hpp"
 #include "spheretree/lumen/lumen_path.hpp"
@@ -72,7 +73,7 @@ TipHold make_tip_hold(const TipClamp& clamp) {
 Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, PatientShelf& shelf,
                                 PreparedScene& prepared) {
     const std::string key = "instruments." + spec.name;
-    const auto rod = fem::make_rod_model(spec.design);
+    const auto rod = fem::make_rod_model(solid_section(spec));
     if (!rod.ok()) return scene_error(scene, key, rod.error().message, rod.error().code);
     const auto entry = find_place(scene, spec.entry, key + ".entry", shelf);
     if (!entry.ok()) return entry.error();

@@ -173,24 +173,6 @@ std::optional<Error> read_arcs(const Reading& reading, std::vector<fem::TipArc>&
     return std::nullopt;
 }
 
-void complete_section(SceneInstrument& instrument) {
-    fem::RodDesign& design = instrument.design;
-    if (instrument.inner_radius == 0.0 && instrument.layers.empty()) return;
-    std::vector<TubeLayer> layers = instrument.layers;
-    if (layers.empty()) layers.push_back({design.radius, design.young_modulus, design.density});
-    double inside = instrument.inner_radius / design.radius; // of the radius
-    double bend = 0.0, stretch = 0.0, mass = 0.0, turn = 0.0;
-    for (const TubeLayer& layer : layers) {
-        const double outside = std::min(layer.outer_radius / design.radius, 1.0);
-        const double area = outside * outside - inside * inside, second = std::pow(outside, 4) - std::pow(inside, 4);
-        stretch += layer.young_modulus * area, bend += layer.young_modulus * second;
-        mass += layer.density * area, turn += layer.density * second;
-        inside = outside;
-    }
-    design.young_modulus = bend, design.density = mass;
-    design.stretch_factor = stretch / bend, design.turn_factor = turn / mass;
-}
-
 std::optional<Error> read_design(const Reading& reading, SceneInstrument& instrument) {
     if (auto error = read_keys<InstrumentKeys>(reading, instrument)) return error;
     if (auto error = complete_design(reading.context, reading.values, instrument.design)) return error;

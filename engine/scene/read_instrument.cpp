@@ -196,7 +196,6 @@ std::optional<Error> read_instrument(const Reading& reading, SceneInstrument& in
                                fmt::format("the key \"{}\" is missing; expected {}, or a device", key, expected(table_of<InstrumentKeys>().find(key)->value, context.units)));
     }
     if (auto error = read_design(reading, instrument)) return error;
-    complete_section(instrument);
     if (auto error = check_tip(reading, instrument)) return error;
     if (auto error =
             values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))

@@ -1,8 +1,8 @@
 // Devices of the catalogue, and instruments made of tubes, layers, curves and coatings.
 #include "engine/scene/device.hpp"
 
-#include "engine/scene/read_design.hpp"
-#include "fem/rod/tip_arcs.hpp"
+#include "engine/scene/section.hpp"
+#include "fem/rod/rod_model.hpp"
 #include "step_fixture.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -57,7 +57,7 @@ TEST(Devices, OfTheCatalogueAreReadWithoutAQuestionAndNameTheirSource) {
         EXPECT_FALSE(device->about.empty()) << text.file;
         Scene scene = accepted(scene_with(instrument(fmt::format("\"device\": \"{}\"", text.file.substr(0, text.file.find('.'))))));
         ASSERT_EQ(scene.instruments.size(), 1u);
-        EXPECT_TRUE(fem::make_rod_model(scene.instruments[0].design).ok()) << text.file;
+        EXPECT_TRUE(fem::make_rod_model(solid_section(scene.instruments[0])).ok()) << text.file;
     }
 }
 
@@ -89,8 +89,8 @@ TEST(Devices, KeysOfTheSceneReplaceTheirs) {
     EXPECT_TRUE(changed.design.stiffness.empty()) << "the tip's stiffness takes the place of rows";
     EXPECT_DOUBLE_EQ(changed.friction, 0.3);
     EXPECT_DOUBLE_EQ(changed.design.length, 1.0);
-    EXPECT_NEAR(changed.design.young_modulus, 100e6 * (1.0 - std::pow(0.86, 4)), 1.0);
-    EXPECT_NEAR(changed.design.stretch_factor, 1.0 / (1.0 + 0.86 * 0.86), 1e-12);
+    EXPECT_NEAR(solid_section(changed).young_modulus, 100e6 * (1.0 - std::pow(0.86, 4)), 1.0);
+    EXPECT_NEAR(solid_section(changed).stretch_factor, 1.0 / (1.0 + 0.86 * 0.86), 1e-12);
     const SceneInstrument longer = accepted(scene_with(instrument(R"("device": "pigtail", "length": 800, "tip": {"angle": 300})"))).instruments[0];
     EXPECT_EQ(longer.design.tip, fem::TipShape::Pigtail);
     EXPECT_NEAR(longer.design.tip_length, 0.045, 1e-12) << "the device's, not the default";
@@ -119,7 +119,7 @@ TEST(Devices, ThatAreNoneAreRefusedWithWhatWasExpected) {
     const struct {
         std::string keys, expected;
     } cases[] = {
-        {R"("device": "cobra_3")", "nearest: \"cobra_2\""},
+        {R"("device": "cobra_3")", "nearest known device: \"cobra_2\""},
         {R"("device": "nowhere.json")", "nowhere.json"},
         {R"("radius": 0.5)", "the key \"length\" is missing; expected a number in mm, or a device"},
         {tube + R"("inner_radius": 1)", "found 1 mm; expected less than the radius, 1 mm"},
@@ -142,9 +142,9 @@ TEST(Devices, ThatAreNoneAreRefusedWithWhatWasExpected) {
 }
 
 TEST(Tubes, OfEqualLayersAreTubesOfOneMaterial) {
-    const fem::RodDesign one = accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "young_modulus": 200, "density": 1200)"))).instruments[0].design;
+    const fem::RodDesign one = solid_section(accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "young_modulus": 200, "density": 1200)"))).instruments[0]);
     const fem::RodDesign layered =
-        accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "layers": [[0.6, 200, 1200], [0.8, 200, 1200], [1, 200, 1200]])"))).instruments[0].design;
+        solid_section(accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "layers": [[0.6, 200, 1200], [0.8, 200, 1200], [1, 200, 1200]])"))).instruments[0]);
     EXPECT_NEAR(one.young_modulus, 200e6 * (1.0 - std::pow(0.5, 4)), 1e-3) << "E pi / 4 (R^4 - r^4)";
     EXPECT_NEAR(one.density, 1200.0 * 0.75, 1e-9);
     EXPECT_NEAR(one.stretch_factor * one.young_modulus, 200e6 * 0.75, 1e-3) << "E pi (R^2 - r^2)";
@@ -174,10 +174,10 @@ TEST(Coatings, OfOneFactorAreThatMuchLessFriction) {
         return std::pair(simulator.report().tip, handle);
     };
     const auto plain = tip_after(R"("friction": 0.25)"), coated = tip_after(R"("friction": 0.5, "coating": [[0, 0.5], [100, 0.5]])");
-    const auto rough = tip_after(R"("friction": 0.5)"), at_the_tip = tip_after(R"("friction": 0.5, "coating": [[0, 0.5], [50, 0.5], [51, 1]])");
+    const auto rough = tip_after(R"("friction": 0.5)"), at_the_tip = tip_after(R"("friction": 0.5, "coating": [[0, 0.5], [5, 0.5], [6, 1]])");
     EXPECT_EQ((plain.first - coated.first).norm(), 0.0) << "0.5 times 0.5 is 0.25 to the bit";
     EXPECT_EQ(plain.second, coated.second);
-    std::printf("margin: handle %.4f N at friction 0.25, %.4f N at 0.5, %.4f N where the last 50 mm are coated\n", plain.second, rough.second, at_the_tip.second);
+    std::printf("margin: handle %.4f N at friction 0.25, %.4f N at 0.5, %.4f N where the last 5 mm are coated\n", plain.second, rough.second, at_the_tip.second);
     EXPECT_NE((plain.first - at_the_tip.first).norm(), 0.0);
     EXPECT_NE((rough.first - at_the_tip.first).norm(), 0.0);
 }
