@@ -17,6 +17,9 @@ namespace {
 /// Steps that leave a lumen out, for each that forgets some of what it cost: a mesh costs what it costs, and an attempt that does not pay
 /// takes a fifth of a haptic step.
 constexpr std::uint64_t kForgetLumen = 16;
+/// Of the budget: kept for the response between walls. One that takes longer is carried from step to step (carry_response.hpp), and what that
+/// takes is kept.
+constexpr double kMostKept = 0.5;
 
 /// The inscribed spheres that instruments are looked for in, where the budget covers them and has time for them and for what follows.
 /// False: it has not.
@@ -57,11 +60,13 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
     coarse.clear();
     solids.coarse = {};
     const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Descent)]);
-    double after = budget.forecast(StepPart::Respond).reserve_s();
+    const double carrying = std::max(kMostKept * budget.limit_s(), budget.forecast(StepPart::Renew).reserve_s());
+    double after = std::min(budget.forecast(StepPart::Respond).reserve_s(), carrying);
     budget.keep_back(after);
     const std::uint64_t surfaces = budget.surfaces_share_units(forecast_surfaces(model, state, solids));
-    after += budget.surfaces_share_s(surfaces);
-    budget.keep_back(after, surfaces);
+    const double surfaces_s = budget.surfaces_share_s(surfaces);
+    after += surfaces_s;
+    budget.keep_back(surfaces_s, surfaces);
     if (!live.coarse_contact) return;
     report.effects.note(effects::coarse_contact);
     const double listing = after + budget.forecast(StepPart::List).reserve_s();
@@ -84,7 +89,7 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
     budget.learn_listing(coarse.size());
     solids.coarse = coarse;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) rods.instruments[i].proven = descent.link_status(i);
-    budget.keep_back(after, surfaces);
+    budget.keep_back(surfaces_s, surfaces); // an exact answer of the instruments takes the place of the response
     report_traversal(traversal, report);
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
+#include <limits>
 
 namespace trocar::engine {
 
@@ -74,6 +75,24 @@ private:
     std::array<double, kLast> last_{}; // s, as they were measured
     std::size_t learned_ = 0;
     bool known_ = false;
+};
+
+/// How many times as long something took as what was measured before it in the same step: a forecast that follows what the step itself
+/// shows, where the something has not been done for a long time.
+class CostRatio {
+public:
+    void learn(double seconds, double before_s) noexcept {
+        if (before_s > 0.0) last_[learned_++ % last_.size()] = seconds / before_s;
+    }
+    /// The largest of the last few; infinite until there are enough.
+    [[nodiscard]] double largest() const noexcept {
+        return learned_ < last_.size() ? std::numeric_limits<double>::infinity() : *std::max_element(last_.begin(), last_.end());
+    }
+
+private:
+    static constexpr std::size_t kLast = 8;
+    std::array<double, kLast> last_{};
+    std::size_t learned_ = 0;
 };
 
 } // namespace trocar::engine

@@ -70,7 +70,10 @@ void StepBudget::begin(bool covers_step) noexcept {
         leave_out(StepPart::Skin);
         if (!solve_seen_) solve_.fade();
     }
-    if (steady_s_ > 0.0) steady_.learn(steady_s_);
+    if (steady_s_ > 0.0 && solve_seen_) { // otherwise it was walls alone
+        steady_.learn(steady_s_);
+        steady_ratio_.learn(steady_s_, look_ahead_s());
+    }
     steady_s_ = 0.0;
     exact_tried_ = solve_seen_ = false;
     running_ = false;
@@ -119,6 +122,7 @@ void StepBudget::end_part(StepPart part) noexcept {
     const double seconds = seconds_between(part_start_ns_[index], clock_->now_ns());
     parts_[index].learn(seconds);
     part_took_s_[index] = seconds;
+    if (part == StepPart::Respond) response_ratio_.learn(seconds, look_ahead_s());
     if (part == StepPart::Walls || part == StepPart::Planes) steady_s_ += seconds;
 }
 
@@ -219,11 +223,15 @@ void StepBudget::settle_surfaces(const WorkBudget& grant) noexcept {
     surface_last_[surfaces_measured_++ % surface_last_.size()] = measured;
 }
 
+double StepBudget::by_look_ahead(const CostRatio& ratio) const noexcept {
+    return look_ahead_s() > 0.0 ? ratio.largest() * look_ahead_s() : std::numeric_limits<double>::infinity();
+}
+
 bool StepBudget::response_fits() {
     if (limits_.mode != BudgetMode::Wall) return !grants_nothing();
     return tape_.decide(DecisionKind::Response, [&]() -> std::uint64_t {
         tries_response_ = false;
-        if (forecast(StepPart::Respond).recent_s() <= left_s()) return 1;
+        if (std::min(forecast(StepPart::Respond).recent_s(), by_look_ahead(response_ratio_)) <= left_s()) return 1;
         if (++carried_steps_ < patience_) return 0;
         carried_steps_ = 0;
         patience_ = std::min(2 * patience_, kMostPatience);
@@ -285,7 +293,10 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
         // the last one had: a stage that is begun for too few of them is given up in time.
         const CostForecast& skin = forecast(StepPart::Skin);
         const double tests = trust_ * tests_seconds(last.candidates);
-        if (retries()) return std::max(exact_.recent_s(), CostForecast::recent_of_both_s(steady_, skin) + tests) <= left_s();
+        if (retries()) {
+            const double parts = std::min(CostForecast::recent_of_both_s(steady_, skin), by_look_ahead(steady_ratio_) + skin.recent_s());
+            return std::max({exact_.recent_s(), forecast(StepPart::Walls).recent_s(), parts + tests}) <= left_s();
+        }
         const double parts = CostForecast::reserve_of_all_s({forecast(StepPart::Walls), forecast(StepPart::Planes), solve_, skin});
         return std::max(exact_.reserve_s(), parts + tests) <= left_s();
     }) != 0;

@@ -27,8 +27,9 @@ enum class StepPart : std::uint8_t {
     Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
     Holds,    // of solids: places made of what was found, and of what was left
     Renew,    // planes of some places of an instrument, for the next step's look ahead
+    LookAhead, // free motion of the instruments between the last step's planes: not on the account, but it tells how hard this step is
 };
-inline constexpr std::size_t kStepPartCount = 11;
+inline constexpr std::size_t kStepPartCount = 12;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
@@ -150,6 +151,8 @@ private:
     void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
     [[nodiscard]] double median_of_last() const noexcept;
     [[nodiscard]] double left_s() const noexcept;
+    [[nodiscard]] double look_ahead_s() const noexcept { return part_took_s_[static_cast<std::size_t>(StepPart::LookAhead)]; }
+    [[nodiscard]] double by_look_ahead(const CostRatio& ratio) const noexcept; // s; infinite where nothing tells
     [[nodiscard]] bool retries() const noexcept; // the exact stage, by what its parts cost lately
     [[nodiscard]] std::uint64_t units_left() const noexcept;
     [[nodiscard]] double tests_seconds(std::uint64_t candidates) const noexcept;
@@ -190,11 +193,12 @@ private:
     std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
                                                     CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
                                                     CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{},
-                                                    CostForecast{}};
+                                                    CostForecast{},       CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
     CostForecast steady_;   // Walls, Planes and solves of a step together: that one of them is held up says nothing of the others
     double steady_s_ = 0.0; // of the step that goes on
+    CostRatio steady_ratio_, response_ratio_; // of that, and of whole responses, to the look ahead
 };
 
 /// Detection, and what stands in for it, for as long as this lives: charged whatever the budget covers.

@@ -173,6 +173,34 @@ TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
     EXPECT_GT(count_begun(clock, budget, 200, refit, [](int) { return 0.1e-3; }), 100) << "a wall that became cheap is tried again";
 }
 
+/// Of the steps, those with a whole response: where there is none, half of the planes are made, which teaches nothing of it.
+int count_responses(ManualClock& clock, StepBudget& budget, int steps, double look_ahead_s, double response_s) {
+    int whole = 0;
+    for (int step = 0; step < steps; ++step) {
+        budget.begin(false);
+        budget.begin_part(StepPart::LookAhead), clock.pass(look_ahead_s), budget.end_part(StepPart::LookAhead);
+        const CollisionScope charged(budget);
+        budget.begin_part(StepPart::Respond);
+        const bool fits = budget.response_fits();
+        clock.pass(fits ? response_s : 0.1 * response_s);
+        whole += fits;
+        budget.end_response();
+        if (fits) budget.end_part(StepPart::Respond);
+    }
+    return whole;
+}
+
+/// An hour of hard steps must not keep the easy ones after it from their answer: the look ahead of a step tells which it is.
+TEST(StepBudget, AResponseThatBecameCheapIsTakenUpAgainAtOnce) {
+    ManualClock clock;
+    StepBudget budget(clock, wall(10e-3));
+    (void)count_responses(clock, budget, 10, 0.5e-3, 5e-3);
+    EXPECT_LT(count_responses(clock, budget, 5000, 3e-3, 30e-3), 30) << "tried now and then";
+    EXPECT_GE(count_responses(clock, budget, 100, 0.2e-3, 2e-3), 99);
+    EXPECT_LT(count_responses(clock, budget, 5000, 3e-3, 30e-3), 30);
+    EXPECT_LE(count_responses(clock, budget, 1000, 0.2e-3, 30e-3), 20) << "a look ahead that says nothing of it is believed a few times";
+}
+
 /// As the refit: a solve that is timed in every step, within an exact stage or in place of one, keeps its forecast.
 TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
     ManualClock clock;
