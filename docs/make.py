@@ -241,7 +241,7 @@ def step_diagram():
                 diagram += f"        {before} --> {name}\n"
             before = name
             own = {"traverse_sphere_trees": "descend", "detect_exact_contacts": "exact"}.get(name, stage)
-            table += f"| `{name}` | {PHASES[name]} | {f'`{own}_ms`' if own else ''} | {'yes, by the budget' if 'budget' in call.group(2) and name not in ('finish_report', 'choose_drops') else ''} |\n"
+            table += f"| `{name}` | {PHASES[name]} | {f'`{own}_ms`' if own else ''} | {'yes, by the budget' if 'budget' in call.group(2) and name not in ('finish_report', 'choose_drops', 'predict_instruments') else ''} |\n"
         diagram += "    end\n"
     return diagram + "```\n\n" + table
 

@@ -69,7 +69,8 @@ void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned d
 }
 
 void predict_instruments(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies, RodsScratch& rods,
-                         StepReport& report) {
+                         StepReport& report, StepBudget& budget) {
+    const Phase phase(budget, StepPart::LookAhead);
     load_instruments(model, live, state, rods, report);
     rods.tissue_moves = live.elasticity && (dropped & drop_bit(Droppable::Elasticity)) == 0;
     if (rods.tissue_moves) move_planes(model, state);

@@ -55,7 +55,7 @@ void share_start(const SceneModel& model, const BodiesScratch& bodies, SolidScra
 /// The free motion of instruments, between the planes of the last step; what presses then pushes the tissue.
 /// dropped   of choose_drops
 void predict_instruments(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies, RodsScratch& rods,
-                         StepReport& report);
+                         StepReport& report, StepBudget& budget);
 
 /// Of solids and instruments; of lumens where the budget is not charged for it.
 void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods);

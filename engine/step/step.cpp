@@ -22,10 +22,7 @@ bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, Ste
     }
     {
         const Timed timed(report.ms.fem, report.ms.total);
-        {
-            const Phase look_ahead(budget, StepPart::LookAhead);
-            predict_instruments(model, live, scratch.dropped, state, scratch.bodies, scratch.rods, report);
-        }
+        predict_instruments(model, live, scratch.dropped, state, scratch.bodies, scratch.rods, report, budget);
         integrate_tissue(model, live, scratch.dropped, state, scratch.bodies, report, budget);
         share_start(model, scratch.bodies, scratch.solids, scratch.rods);
     }
