@@ -155,6 +155,18 @@ TEST(Tubes, OfEqualLayersAreTubesOfOneMaterial) {
     EXPECT_NEAR(layered.turn_factor, one.turn_factor, 1e-12);
 }
 
+TEST(Tubes, OfDifferentLayersAddUpRingByRing) {
+    const fem::RodDesign design =
+        solid_section(accepted(scene_with(instrument(R"("length": 300, "radius": 1, "inner_radius": 0.5, "layers": [[0.8, 1000, 2000], [1, 100, 1000]])"))).instruments[0]);
+    const auto ring = [](double from, double to, int power) { return std::pow(to, power) - std::pow(from, power); };
+    const double bend = 1e9 * ring(0.5, 0.8, 4) + 1e8 * ring(0.8, 1.0, 4), stretch = 1e9 * ring(0.5, 0.8, 2) + 1e8 * ring(0.8, 1.0, 2);
+    const double mass = 2000.0 * ring(0.5, 0.8, 2) + 1000.0 * ring(0.8, 1.0, 2), turn = 2000.0 * ring(0.5, 0.8, 4) + 1000.0 * ring(0.8, 1.0, 4);
+    EXPECT_NEAR(design.young_modulus, bend, 1e-9 * bend);
+    EXPECT_NEAR(design.stretch_factor * design.young_modulus, stretch, 1e-9 * stretch);
+    EXPECT_NEAR(design.density, mass, 1e-9 * mass);
+    EXPECT_NEAR(design.turn_factor * design.density, turn, 1e-9 * turn);
+}
+
 TEST(Tubes, TakeNoWireThatIsAsWideAsTheirBore) {
     const std::string wire = R"("wire": {"inside": "catheter", "length": 400, "radius": 0.5, "young_modulus": 100, "tip": {"shape": "straight"}, "inserted": 20})";
     EXPECT_NE(refused(scene_with(instrument(R"("length": 300, "radius": 0.8, "inner_radius": 0.45)") + ", " + wire)).find("catheter's bore is 0.45 mm; expected a thinner wire"),
