@@ -3,15 +3,12 @@
 #include "engine/scene/device.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/section.hpp"
-#include "fem/rod/rod_model.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numbers>
 
 namespace trocar::engine {
 
@@ -25,9 +22,9 @@ int list_devices() {
         const fem::RodDesign design = solid_section(device->instrument);
         const auto rod = fem::make_rod_model(design);
         if (!rod.ok()) return report_error(rod.error());
-        const auto bending = [&](std::size_t node) { return 1e6 * rod->bend_stiffness[node] * std::pow(rod->segment, 3); };
-        fmt::print("{:<24}{:>10.4g}{:>10.4g}{:>10.3g}{:>14.4g}{:>14.3g}  {}\n", text.file.substr(0, text.file.rfind('.')), 1e3 * design.length,
-                   1e3 * design.radius, 1e3 * device->instrument.inner_radius, bending(1), bending(rod->node_count() - 2), device->about);
+        const Bending bending = find_bending(*rod);
+        fmt::print("{:<24}{:>10.4g}{:>10.4g}{:>10.3g}{:>14.4g}{:>14.3g}  {}\n", text.name(), 1e3 * design.length,
+                   1e3 * design.radius, 1e3 * device->instrument.inner_radius, 1e6 * bending.shaft, 1e6 * bending.tip, device->about);
     }
     fmt::print("`trocar devices NAME` prints one with the source of its numbers; a scene takes it by \"device\": \"NAME\"\n");
     return kExitFine;

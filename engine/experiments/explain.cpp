@@ -6,6 +6,7 @@
 #include "engine/render/describe_graphics.hpp"
 #include "engine/report/floor.hpp"
 #include "engine/scene/check.hpp"
+#include "engine/scene/section.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
@@ -93,9 +94,9 @@ void tell_instruments(const Scene& scene, const PreparedScene& prepared, std::st
         text += fmt::format("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name, m.rod.node_count(),
                    1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(), prepared.bodies[m.lumen].name);
         const SceneInstrument& told = scene.instruments[i];
-        const auto bending = [&](std::size_t node) { return 1e6 * m.rod.bend_stiffness[node] * std::pow(m.rod.segment, 3); };
+        const Bending bending = find_bending(m.rod);
         text += fmt::format("  {:<15} {}bends with {:.3g} N mm^2 at the shaft, {:.3g} at the tip, stretches with {:.3g} N, weighs {:.3g} g/m\n", "",
-                   told.device.empty() ? std::string() : told.device + ": ", bending(1), bending(m.rod.node_count() - 2),
+                   told.device.empty() ? std::string() : told.device + ": ", 1e6 * bending.shaft, 1e6 * bending.tip,
                    m.rod.stretch_stiffness.front() * m.rod.segment, 1e3 * m.rod.mass[1] / m.rod.segment);
         if (m.mass_spring_substeps > 0)
             text += fmt::format("  {:<15} masses and springs, {} explicit sub-steps in a step\n", "", m.mass_spring_substeps);

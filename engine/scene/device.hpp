@@ -16,6 +16,8 @@ namespace trocar::engine {
 struct DeviceText {
     std::string_view file; // "cobra_c2.json"
     std::string_view text;
+
+    [[nodiscard]] constexpr std::string_view name() const noexcept { return file.substr(0, file.rfind('.')); }
 };
 
 /// Sorted by name; generated from assets/devices/.

@@ -1,5 +1,6 @@
 #include "engine/scene/read_design.hpp"
 
+#include "assets/anatomy/curves.hpp"
 #include "engine/scene/describe_instrument.hpp"
 #include "engine/scene/device.hpp"
 #include "engine/scene/nearest.hpp"
@@ -22,6 +23,7 @@ constexpr double kPigtailLength = 0.04; // m, when absent
 constexpr double kPigtailAngle = 6.0;   // rad, when absent
 constexpr double kLargestTipAngle = 20.0; // rad, of what is no pigtail: more is a number of degrees
 constexpr double kMostSegments = 20000.0;
+constexpr std::size_t kPiecesPerSpan = 16; // of a tip's curve, from point to point
 constexpr double kNearestPoints = 1e-5; // m, of a tip's curve
 constexpr double kSameRadius = 1e-6; // [-] layers that were written in decimals end at the radius
 
@@ -169,7 +171,8 @@ std::optional<Error> read_arcs(const Reading& reading, std::vector<fem::TipArc>&
                             fmt::format("found the point before it again; expected points that are {} or more apart",
                                         with_unit(kNearestPoints, Dimension::Length, reading.context.units)));
     }
-    arcs = fem::arcs_through(points);
+    const double spacing = anatomy::arc_lengths(points).back() / static_cast<double>(kPiecesPerSpan * (points.size() - 1));
+    arcs = fem::arcs_along(anatomy::smooth_curve(points, spacing));
     return std::nullopt;
 }
 
@@ -199,12 +202,9 @@ const ObjectSpec& device_table() {
 }
 
 Result<Device> parse_device(std::string_view text, const std::filesystem::path& file) {
-    const auto tree = parse_json_tree(text, file.string());
-    if (!tree) return tree.error();
     CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
-    if (tree->type == JsonType::Object)
-        if (auto error = read_units(*tree, units_table(), context)) return *error;
-    if (auto error = check_object(*tree, device_table(), "", context)) return *error;
+    const auto tree = parse_checked(text, device_table(), context);
+    if (!tree) return tree.error();
     const Scene none;
     Device device;
     const Values values(&tree.value(), table_of<InstrumentKeys>(), context.units, "");

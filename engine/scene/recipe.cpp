@@ -56,13 +56,19 @@ Result<std::string> read_json_file(const std::filesystem::path& file) {
     return read_file_bytes(file);
 }
 
-Result<anatomy::Recipe> parse_recipe(std::string_view text, const std::filesystem::path& file) {
-    const auto tree = parse_json_tree(text, file.string());
-    if (!tree) return tree.error();
-    CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
+Result<JsonNode> parse_checked(std::string_view text, const ObjectSpec& table, CheckContext& context) {
+    auto tree = parse_json_tree(text, context.file_name);
+    if (!tree) return tree;
     if (tree->type == JsonType::Object)
         if (auto error = read_units(*tree, units_table(), context)) return *error;
-    if (auto error = check_object(*tree, recipe_table(), "", context)) return *error;
+    if (auto error = check_object(*tree, table, "", context)) return *error;
+    return tree;
+}
+
+Result<anatomy::Recipe> parse_recipe(std::string_view text, const std::filesystem::path& file) {
+    CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
+    const auto tree = parse_checked(text, recipe_table(), context);
+    if (!tree) return tree.error();
     const Values values(&tree.value(), recipe_table(), context.units, "");
     anatomy::Recipe recipe;
     for (const anatomy::RecipeField& field : anatomy::recipe_fields()) anatomy::set_recipe_value(recipe, field, values.number(field.name));

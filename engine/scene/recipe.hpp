@@ -3,6 +3,7 @@
 
 #include "assets/anatomy/recipe.hpp"
 #include "base/result.hpp"
+#include "engine/scene/check.hpp"
 
 #include <filesystem>
 #include <string_view>
@@ -14,6 +15,10 @@ namespace trocar::engine {
 
 /// The same on a text in memory.
 [[nodiscard]] Result<anatomy::Recipe> parse_recipe(std::string_view text, const std::filesystem::path& file);
+
+/// The text of a file that stands beside scenes, checked against its table in the units that it declares itself.
+/// context  its file name and folder; the rest is filled
+[[nodiscard]] Result<JsonNode> parse_checked(std::string_view text, const ObjectSpec& table, CheckContext& context);
 
 /// A whole text file, refused above kMaxSceneBytes before it is read.
 [[nodiscard]] Result<std::string> read_json_file(const std::filesystem::path& file);

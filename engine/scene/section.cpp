@@ -24,4 +24,9 @@ fem::RodDesign solid_section(const SceneInstrument& instrument) {
     return design;
 }
 
+Bending find_bending(const fem::RodModel& rod) noexcept {
+    const double cubed = rod.segment * rod.segment * rod.segment;
+    return {rod.bend_stiffness[1] * cubed, rod.bend_stiffness[rod.node_count() - 2] * cubed};
+}
+
 } // namespace trocar::engine

@@ -12,8 +12,6 @@ namespace trocar::fem {
 
 namespace {
 
-constexpr std::size_t kPiecesPerSpan = 16;
-
 /// Frame that is carried along a curve: turned by the smallest rotation from direction to direction.
 struct Frame {
     Vec3 along = Vec3::UnitZ(), first = Vec3::UnitX(); // unit, across each other
@@ -29,26 +27,6 @@ struct Frame {
         first = (first - first.dot(along) * along).normalized();
     }
 };
-
-Vec3 spline_point(std::span<const Vec3> points, std::size_t span, double t) {
-    const auto at = [&](std::ptrdiff_t i) -> Vec3 { // the line goes on straight beyond its ends
-        const auto last = static_cast<std::ptrdiff_t>(points.size()) - 1;
-        if (i < 0) return 2.0 * points[0] - points[1];
-        if (i > last) return 2.0 * points[points.size() - 1] - points[points.size() - 2];
-        return points[static_cast<std::size_t>(i)];
-    };
-    const auto i = static_cast<std::ptrdiff_t>(span);
-    const Vec3 a = at(i - 1), b = at(i), c = at(i + 1), d = at(i + 2);
-    return 0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t) + (3.0 * b - a - 3.0 * c + d) * (t * t * t));
-}
-
-std::vector<Vec3> spline_through(std::span<const Vec3> points) {
-    std::vector<Vec3> line{points.front()};
-    for (std::size_t span = 0; span + 1 < points.size(); ++span)
-        for (std::size_t k = 1; k <= kPiecesPerSpan; ++k)
-            line.push_back(spline_point(points, span, static_cast<double>(k) / static_cast<double>(kPiecesPerSpan)));
-    return line;
-}
 
 } // namespace
 
@@ -67,9 +45,8 @@ std::array<double, 2> turn_of_arcs(std::span<const TipArc> arcs, double from, do
     return turn;
 }
 
-std::vector<TipArc> arcs_through(std::span<const Vec3> points) {
-    assert(points.size() >= 3);
-    const std::vector<Vec3> line = spline_through(points);
+std::vector<TipArc> arcs_along(std::span<const Vec3> line) {
+    assert(line.size() >= 3);
     Frame frame;
     frame.along = (line[1] - line[0]).normalized();
     const Vec3 offset = line.back() - line.front();

@@ -18,10 +18,10 @@ namespace trocar::fem {
 /// rad, of such a turn.
 [[nodiscard]] inline double size_of(const std::array<double, 2>& turn) noexcept { return std::sqrt(turn[0] * turn[0] + turn[1] * turn[1]); }
 
-/// Arcs whose line goes through the points: a spline (Catmull & Rom 1974) through them, cut into short pieces. The shaft goes on in the
-/// direction of the first piece; plane 0 is the side on which the last point lies.
-/// points  [3 or more] m, from the shaft's end to the tip; each apart from the one before
-[[nodiscard]] std::vector<TipArc> arcs_through(std::span<const Vec3> points);
+/// Arcs of a line that is given by close points: each corner becomes a short arc. The shaft goes on in the direction of the first piece; plane 0
+/// is the side on which the last point lies.
+/// line  [3 or more] m, from the shaft's end to the tip; each apart from the one before
+[[nodiscard]] std::vector<TipArc> arcs_along(std::span<const Vec3> line);
 
 /// Where the arcs lead, starting along z with x as the frame's first axis.
 /// Returns  [count + 1] m, at evenly spaced arc lengths, the root first

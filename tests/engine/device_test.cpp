@@ -3,13 +3,16 @@
 
 #include "engine/scene/section.hpp"
 #include "fem/rod/rod_model.hpp"
+#include "fem/rod/tip_arcs.hpp"
 #include "step_fixture.hpp"
 #include "tests/temp_folder.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 namespace trocar::engine {
 namespace {
@@ -55,7 +58,7 @@ TEST(Devices, OfTheCatalogueAreReadWithoutAQuestionAndNameTheirSource) {
         EXPECT_TRUE(device->questions.empty()) << text.file << ": " << device->questions.front();
         EXPECT_GT(device->source.size(), 40u) << text.file;
         EXPECT_FALSE(device->about.empty()) << text.file;
-        Scene scene = accepted(scene_with(instrument(fmt::format("\"device\": \"{}\"", text.file.substr(0, text.file.find('.'))))));
+        Scene scene = accepted(scene_with(instrument(fmt::format("\"device\": \"{}\"", text.name()))));
         ASSERT_EQ(scene.instruments.size(), 1u);
         EXPECT_TRUE(fem::make_rod_model(solid_section(scene.instruments[0])).ok()) << text.file;
     }
@@ -139,6 +142,28 @@ TEST(Devices, ThatAreNoneAreRefusedWithWhatWasExpected) {
         const std::string message = refused(scene_with(instrument(one.keys)));
         EXPECT_NE(message.find(one.expected), std::string::npos) << one.keys << "\n" << message;
     }
+}
+
+TEST(Curves, OfPointsLeadThroughThem) {
+    std::mt19937_64 random(21);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    double worst = 0.0;
+    for (int k = 0; k < 30; ++k) {
+        const std::vector<fem::TipArc> arcs{{0.01 + 0.02 * share(random), 2.0 * share(random) - 1.0, 0.0}, {0.03, 3.0 * share(random) - 1.5, 6.0 * share(random) - 3.0}, {0.02 * share(random) + 0.005, share(random), 0.0}};
+        const std::vector<Vec3> points = fem::draw_arcs(arcs, 24);
+        std::string rows;
+        for (const Vec3& p : points) rows += fmt::format("{}[{:.9f}, {:.9f}, {:.9f}]", rows.empty() ? "" : ", ", 7.0 + 1e3 * p.y(), 1e3 * p.z() - 3.0, 1e3 * p.x());
+        const Scene scene = accepted(scene_with(instrument(fmt::format(R"("device": "cobra_2", "tip": {{"shape": "curve", "points": [{}]}})", rows))));
+        ASSERT_EQ(scene.instruments.size(), 1u);
+        const std::vector<Vec3> line = fem::draw_arcs(scene.instruments[0].design.arcs, 24);
+        Eigen::Matrix3Xd told(3, 25), drawn(3, 25);
+        for (int i = 0; i < 25; ++i) told.col(i) = points[static_cast<std::size_t>(i)], drawn.col(i) = line[static_cast<std::size_t>(i)];
+        const Eigen::Matrix4d onto = Eigen::umeyama(drawn, told, false);
+        const Eigen::Matrix3Xd moved = (onto.topLeftCorner<3, 3>() * drawn).colwise() + onto.topRightCorner<3, 1>();
+        worst = std::max(worst, (moved - told).colwise().norm().maxCoeff() / scene.instruments[0].design.tip_length);
+    }
+    std::printf("margin: the curve passes the points by %.2e of its length\n", worst);
+    EXPECT_LT(worst, 5e-3) << "seed 21";
 }
 
 TEST(Tubes, OfEqualLayersAreTubesOfOneMaterial) {
