@@ -39,7 +39,7 @@ Result<FluoroscopySpec> choose_view(const FilmOptions& options, const Scene& sce
     FluoroscopySpec spec = scene.outputs.fluoroscopy.value_or(FluoroscopySpec{});
     if (options.every > 0) spec.every = options.every;
     if (spec.views.empty() && options.view.empty()) {
-        spec.views = {XrayPatient::whole_view(make_initial_state(model), kFilmPixels)};
+        spec.views = {XrayPatient::whole_view(model, make_initial_state(model), kFilmPixels)};
         spec.views.front().display = XrayDisplay::Log;
         return spec;
     }

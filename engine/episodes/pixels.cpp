@@ -10,11 +10,11 @@ namespace {
 
 Error refuse(std::string message, std::string key) { return {ErrorCode::BadValue, std::move(message), {}, 0, 0, std::move(key)}; }
 
-Result<XrayView> find_view(const Scene& scene, const State& state, const PixelOptions& options) {
+Result<XrayView> find_view(const Scene& scene, const SceneModel& model, const State& state, const PixelOptions& options) {
     const std::vector<XrayView> none;
     const std::vector<XrayView>& views = scene.outputs.fluoroscopy ? scene.outputs.fluoroscopy->views : none;
     if (options.view.empty() && views.empty()) {
-        XrayView view = XrayPatient::whole_view(state, options.pixels);
+        XrayView view = XrayPatient::whole_view(model, state, options.pixels);
         view.display = XrayDisplay::Log;
         return view;
     }
@@ -39,7 +39,7 @@ Result<PixelCamera> PixelCamera::make(const Scene& scene, const PreparedScene& p
         if (edge < kLeastPixelEdge || edge > kMostPixelEdge)
             return refuse(fmt::format("found {} x {}, expected {} to {} along each edge", options.pixels[0], options.pixels[1], kLeastPixelEdge, kMostPixelEdge), "pixels");
     const State start = make_initial_state(prepared.model);
-    Result<XrayView> view = find_view(scene, start, options);
+    Result<XrayView> view = find_view(scene, prepared.model, start, options);
     if (!view) return view.error();
     view->pixels = options.pixels;
     view->bits = 8;

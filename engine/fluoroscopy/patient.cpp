@@ -84,10 +84,11 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
     for (const BodyModel& body : model.bodies) {
         XrayBody& own = bodies_.emplace_back();
         own.name = body.name;
+        own.moves = body.moves();
+        if (body.is_free_space) continue; // air
         own.matter = matter_of(spec, body.name, body.hollow ? XrayMatter::Blood : XrayMatter::Tissue);
         own.attenuation = attenuation_of(own.matter);
         own.shell = body.closed || is_closed(body.surface.triangles) ? 0.0 : spec.shell;
-        own.moves = body.moves();
         own.vessel = body.hollow;
         if (own.vessel && own.shell > 0.0 && wall_ > 0.0) own.shell = wall_, own.matter = spec.wall_matter, own.attenuation = attenuation_of(own.matter);
     }
@@ -111,7 +112,7 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
         const InstrumentModel& instrument = model.instruments[i];
         if (instrument.inside)
             instruments_[i].attenuation -= attenuation_of(instruments_[*instrument.inside].matter);
-        else if (bodies_[instrument.lumen].shell == 0.0)
+        else if (bodies_[instrument.lumen].shell == 0.0 && !model.bodies[instrument.lumen].is_free_space)
             instruments_[i].attenuation -= attenuation_of(bodies_[instrument.lumen].matter);
     }
 }
@@ -175,10 +176,11 @@ std::vector<std::string> XrayPatient::notices() const {
     return all;
 }
 
-XrayView XrayPatient::whole_view(const State& state, std::array<unsigned, 2> pixels) {
+XrayView XrayPatient::whole_view(const SceneModel& model, const State& state, std::array<unsigned, 2> pixels) {
     Box3 box;
-    for (const BodyState& body : state.bodies)
-        for (const Vec3& p : body.surface) box.add(p);
+    for (std::size_t i = 0; i < state.bodies.size(); ++i)
+        if (!model.bodies[i].is_free_space)
+            for (const Vec3& p : state.bodies[i].surface) box.add(p);
     XrayView view;
     view.name = "ap";
     view.pixels = pixels;
@@ -196,7 +198,7 @@ XrayView XrayPatient::whole_view(const State& state, std::array<unsigned, 2> pix
 
 const XrayBody* XrayPatient::find_around(const State& state, const Vec3& place) const {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        if (bodies_[i].shell > 0.0) continue;
+        if (bodies_[i].shell > 0.0 || model_.bodies[i].is_free_space) continue;
         const std::vector<Vec3>& points = state.bodies[i].surface;
         double turns = 0.0;
         for (const Triangle& t : model_.bodies[i].surface.triangles)

@@ -54,7 +54,7 @@ public:
     [[nodiscard]] Result<void> check_source(const State& state, const XrayView& view) const;
 
     /// A C-arm that has everything in its picture, from the front.
-    [[nodiscard]] static XrayView whole_view(const State& state, std::array<unsigned, 2> pixels);
+    [[nodiscard]] static XrayView whole_view(const SceneModel& model, const State& state, std::array<unsigned, 2> pixels);
 
 private:
     const SceneModel& model_;

@@ -151,6 +151,24 @@ void check_load(const std::string& key, const LoadSpec& load, SceneCheck& check)
     check.number(key, load.number, -kNoLimit, kNoLimit);
 }
 
+void check_around(const Scene& scene, std::size_t i, SceneCheck& check) {
+    const SceneBody& body = scene.bodies[i];
+    const std::string key = "bodies." + body.name + ".surface";
+    check.keys<AroundSurfaceKeys>(key, body.surface);
+    if (body.kind != BodyKind::Static || !body.hollow || body.embedded_in != kNoIndex)
+        check.fail(key, "found a free space of another kind, expected a static, hollow body that is embedded in none");
+    if (body.surface.around.empty()) check.fail(key + ".around", "found no body, expected one at least");
+    std::size_t deformable = 0;
+    for (const Index solid : body.surface.around) {
+        check.index(key + ".around", solid, i, "body before it,");
+        if (check.failed()) return;
+        const SceneBody& other = scene.bodies[solid];
+        deformable += other.kind == BodyKind::Deformable;
+        if (other.hollow || other.kind == BodyKind::Kinematic || other.embedded_in != kNoIndex || deformable > 1)
+            check.fail(key + ".around", "found a body that cannot bound it, expected solids, static ones and at most one that deforms");
+    }
+}
+
 void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     const SceneBody& body = scene.bodies[i];
     const std::string key = "bodies." + body.name;
@@ -158,6 +176,7 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     check.keys<FileSurfaceKeys>(key + ".surface", body.surface);
     check.above(key + ".surface.unit", body.surface.unit);
     if (body.surface.source == SurfaceSource::Shape) check_shape(key + ".surface", body.surface.shape, check);
+    if (body.surface.source == SurfaceSource::Around) check_around(scene, i, check);
     if (body.hollow && !body.spheres.empty()) check.fail(key + ".spheres", "found a sphere tree for a hollow body, expected none");
     if (body.embedded_in != kNoIndex) {
         check.index(key + ".embedded_in", body.embedded_in, scene.bodies.size(), "body");

@@ -3,6 +3,7 @@
 #include "assets/anatomy/shapes.hpp"
 #include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
+#include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
 #include "engine/prepare/patient_cache.hpp"
 #include "engine/prepare/surface_rule.hpp"
@@ -50,8 +51,13 @@ Result<TriMesh> read_file(const SurfaceSpec& spec, std::string& note) {
     return mesh;
 }
 
-Result<TriMesh> make_mesh(const SurfaceSpec& spec, PatientShelf& shelf, std::string& note) {
+Result<TriMesh> make_mesh(const Scene& scene, const SurfaceSpec& spec, std::span<const BodyModel> before, PatientShelf& shelf, std::string& note) {
     switch (spec.source) {
+    case SurfaceSource::Around:
+        for (const Index body : spec.around)
+            if (!before[body].closed)
+                return Error{ErrorCode::BadMesh, fmt::format("around needs solids that have an inside, and {} is not closed", scene.bodies[body].name)};
+        return make_free_space_wall(before, spec.around, spec.margin);
     case SurfaceSource::File:
         return read_file(spec, note);
     case SurfaceSource::Shape:
@@ -137,7 +143,7 @@ Result<const anatomy::Anatomy*> PatientShelf::find(const anatomy::Recipe& recipe
     return static_cast<const anatomy::Anatomy*>(entries_.back().patient.get());
 }
 
-Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf) {
+Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, std::span<const BodyModel> before, PatientShelf& shelf) {
     const std::string key = "bodies." + body.name + ".surface";
     if (body.surface.source == SurfaceSource::Shape && body.surface.shape.kind == ShapeKind::Tube) { // too long: not worth making
         Box3 axis;
@@ -146,7 +152,7 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, st
             return scene_error(scene, key, find_size_defect(least, scene.units), ErrorCode::BadValue);
     }
     std::string origin;
-    Result<TriMesh> mesh = make_mesh(body.surface, shelf, origin);
+    Result<TriMesh> mesh = make_mesh(scene, body.surface, before, shelf, origin);
     if (!mesh.ok()) {
         if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line is more specific than the scene's
         return scene_error(scene, key, mesh.error().message, mesh.error().code);
@@ -158,6 +164,11 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, st
     LoadedSurface loaded;
     loaded.mesh = std::move(*mesh);
     if (!origin.empty()) loaded.notes.push_back("surface: " + origin);
+    if (body.surface.source == SurfaceSource::Around) { // of surfaces that were checked; those of bodies that rest on one another may cross
+        if (const std::string defect = find_size_defect(loaded.mesh, scene.units); !defect.empty())
+            return scene_error(scene, key, defect, ErrorCode::BadValue);
+        return loaded;
+    }
     for (Vec3& v : loaded.mesh.vertices) v = body.scale * v + body.translate;
     if (const Result<void> sound = repair_and_check(body, loaded); !sound.ok()) {
         const std::string source = body.surface.source == SurfaceSource::File ? body.surface.file.string() + ": " : "";

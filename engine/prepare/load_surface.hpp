@@ -3,9 +3,11 @@
 
 #include "assets/anatomy/anatomy.hpp"
 #include "base/topology.hpp"
+#include "engine/prepare/model.hpp"
 #include "engine/scene/scene.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace trocar::engine {
@@ -34,7 +36,9 @@ private:
 /// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the whole chain of repairs that would fix it,
 ///        BadValue for a size that no body has (a mistaken unit), or the reader's own error
 ///        BadValue as well where the surface alone has more triangles than `room`, before anything else is made of it
-[[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf);
+/// before  the bodies that stand before it, as they were prepared
+[[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, std::span<const BodyModel> before,
+                                                 PatientShelf& shelf);
 
 /// Position and direction of a place in a scene, landmarks looked up in the patient of their body.
 [[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key, PatientShelf& shelf);

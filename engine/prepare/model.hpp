@@ -56,6 +56,7 @@ struct BodyModel {
     Motion motion = Motion::Static;
     TriMesh surface;                        // rest pose, outward where closed
     bool hollow = false;                    // a lumen: instruments move inside
+    bool is_free_space = false;             // hollow: around other bodies, whose surfaces its wall repeats; nothing draws it
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
     std::optional<std::size_t> host_body;   // deformable host body that this surface is embedded in

@@ -5,6 +5,7 @@
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
@@ -284,7 +285,7 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
 
 Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
     const SceneAllowance allowance(scene, prepared);
-    Result<LoadedSurface> surface = load_surface(scene, body, allowance.triangles, shelf);
+    Result<LoadedSurface> surface = load_surface(scene, body, allowance.triangles, prepared.model.bodies, shelf);
     if (!surface.ok()) return surface.error();
     BodyModel model;
     BodySummary summary;
@@ -295,6 +296,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     model.motion = motion_of(body.kind);
     model.surface = std::move(surface->mesh);
     model.hollow = body.hollow;
+    model.is_free_space = body.surface.source == SurfaceSource::Around;
     model.self_contact = body.self_contact;
     model.velocity = body.velocity;
     model.spin = body.spin;
@@ -312,7 +314,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         summary.inscribed_spheres = lumen->ball_count();
         summary.tree_spheres = lumen->tree.sphere_count();
         model.lumen = std::move(*lumen);
-        if (scene.effects.pulse) model.pulse_reach = find_pulse_reach(model.surface, *model.lumen, scene.effects.pulse->amplitude);
+        if (scene.effects.pulse && !model.is_free_space) model.pulse_reach = find_pulse_reach(model.surface, *model.lumen, scene.effects.pulse->amplitude);
     } else {
         const SurfaceReport report = inspect_surface(model.surface);
         model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
@@ -326,8 +328,15 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
 
 Result<void> embed_in_host(const Scene& scene, std::size_t index, const CoarseBodies& coarse, PreparedScene& prepared) {
     const SceneBody& body = scene.bodies[index];
-    if (body.embedded_in == kNoIndex) return {};
     BodyModel& model = prepared.model.bodies[index];
+    if (model.is_free_space) {
+        model.host_body = find_host(prepared.model.bodies, body.surface.around);
+        if (!model.host_body) return {};
+        model.links = link_free_space_wall(prepared.model.bodies, body.surface.around, *model.host_body, model.surface.vertices.size());
+        summarise_links(*model.links, prepared.bodies[index]);
+        return {};
+    }
+    if (body.embedded_in == kNoIndex) return {};
     Result<fem::RigidLinks> links = fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
     if (!links.ok()) return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
     model.links = std::move(*links);

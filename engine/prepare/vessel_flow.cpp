@@ -17,6 +17,7 @@ Result<void> prepare_vessel_flow(const EffectPreparation& preparation, const std
     bool inlet_used = false;
     for (InstrumentModel& instrument : prepared.model.instruments) {
         BodyModel& vessel = prepared.model.bodies[instrument.lumen];
+        if (vessel.is_free_space) continue;
         if (!vessel.blood) {
             auto tree = make_or_read_centreline(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
             const bool from_inlet = inlet && tree.ok();

@@ -88,7 +88,10 @@ void add_markers(const Moment& moment, RenderScene& out) {
 
 std::vector<Vec3> all_points(const Moment& moment) {
     std::vector<Vec3> points;
-    for (const BodyState& body : moment.state.bodies) points.insert(points.end(), body.surface.begin(), body.surface.end());
+    for (std::size_t i = 0; i < moment.state.bodies.size(); ++i) {
+        const std::vector<Vec3>& surface = moment.state.bodies[i].surface;
+        if (!moment.prepared.model.bodies[i].is_free_space) points.insert(points.end(), surface.begin(), surface.end());
+    }
     for (std::size_t i = 0; i < moment.state.instruments.size(); ++i) {
         const std::vector<Vec3> line = inserted_part(moment.prepared.model.instruments[i], moment.state.instruments[i].rod);
         points.insert(points.end(), line.begin(), line.end());
@@ -151,7 +154,7 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
     View out;
     const SceneModel& model = moment.prepared.model;
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        out.scene.surfaces.push_back(make_surface(view, model.bodies[i], moment.state.bodies[i]));
+        if (!model.bodies[i].is_free_space) out.scene.surfaces.push_back(make_surface(view, model.bodies[i], moment.state.bodies[i]));
     out.lines.reserve(model.instruments.size()); // tubes point into it
     for (std::size_t i = 0; i < model.instruments.size(); ++i) add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
     const double aspect = static_cast<double>(width) / static_cast<double>(height);

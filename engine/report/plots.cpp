@@ -193,7 +193,7 @@ Sketch sketch_volume() {
 std::string outline_text(const SceneModel& model, const Vec3& direction, bool hollow) {
     std::string text;
     for (const BodyModel& body : model.bodies) {
-        if (body.hollow != hollow) continue;
+        if (body.hollow != hollow || body.is_free_space) continue;
         for (const OutlineEdge& edge : find_outline(body.surface, direction))
             fmt::format_to(std::back_inserter(text), "{:.4g} {:.4g} {:.4g}\n{:.4g} {:.4g} {:.4g}\n\n", 1e3 * edge.a.x(), 1e3 * edge.a.y(),
                            1e3 * edge.a.z(), 1e3 * edge.b.x(), 1e3 * edge.b.y(), 1e3 * edge.b.z());
@@ -209,7 +209,8 @@ struct Frame {
 
 Frame frame_of(const RunRecord& record, int across) {
     Box3 box;
-    for (const BodyModel& body : record.prepared.model.bodies) box.add(body.surface.bounds());
+    for (const BodyModel& body : record.prepared.model.bodies)
+        if (!body.is_free_space) box.add(body.surface.bounds());
     for (const CurvePoint& point : record.statistics.curve.points()) box.add(point.tip);
     Frame frame{};
     for (int axis = 0; axis < 2; ++axis) {

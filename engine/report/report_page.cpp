@@ -208,6 +208,7 @@ std::string body_role(const SceneModel& model, const BodyModel& body) {
     std::string role = body.motion == Motion::Deformable  ? "deformable"
                        : body.motion == Motion::Kinematic ? "moved by the scene"
                                                           : "static";
+    if (body.is_free_space) return role + ", the free space around solids";
     if (body.hollow) role += ", hollow";
     if (body.host_body) role += ", embedded in " + model.bodies[*body.host_body].name;
     return role;

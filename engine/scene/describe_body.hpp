@@ -170,7 +170,26 @@ struct RecipeSurfaceKeys {
                 kReadApart, s.part));
     }
 };
-static_assert(describes_all_with<RepairOptions, FileSurfaceKeys, RecipeSurfaceKeys>);
+
+struct AroundSurfaceKeys {
+    using Struct = SurfaceSpec;
+    static auto of(auto& s) {
+        ValueSpec text;
+        text.kind = ValueKind::Text;
+        return described(
+            {"around surface",
+             "The free space around solids: its wall is their surfaces, seen from outside, and a box about them all. An instrument whose lumen this "
+             "body is meets the solids from outside. Nothing draws it.",
+             "around"},
+            custom_key(value_field("around", list_value(text, 1),
+                                   "Names of bodies that stand before this one, closed and not hollow: static ones, and at most one that deforms.")
+                           .required(),
+                       kReadApart, s.around), // once all bodies are known: resolve_around
+            key(s.margin, number_field("margin", Dimension::Length, between(kSmallestLength, kLargestShape),
+                                       "From the box of these bodies to the wall that closes the space.")));
+    }
+};
+static_assert(describes_all_with<RepairOptions, FileSurfaceKeys, RecipeSurfaceKeys, AroundSurfaceKeys>);
 
 struct ShapeKeys {
     using Struct = ShapeSpec;
@@ -442,8 +461,8 @@ struct BodyKeys {
                             .required()),
             custom_key(value_field("surface",
                                    any_value({file, object_value(table_of<FileSurfaceKeys>()), object_value(table_of<RecipeSurfaceKeys>()),
-                                              object_value(table_of<ShapeKeys>())}),
-                                   "The dense surface: a file's name, or an object with file, recipe or shape.")
+                                              object_value(table_of<ShapeKeys>()), object_value(table_of<AroundSurfaceKeys>())}),
+                                   "The dense surface: a file's name, or an object with file, recipe, shape or around.")
                            .required(),
                        read_surface_spec, s.surface),
             key(s.scale, number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")),

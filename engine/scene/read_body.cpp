@@ -151,6 +151,10 @@ std::optional<Error> read_surface_spec(const Reading& body, SurfaceSpec& surface
     const Values values = body.values.object("surface");
     const Reading reading{body.context, values, body.scene};
     if (node->find("file") != nullptr) return read_file_surface(reading, surface);
+    if (node->find("around") != nullptr) {
+        surface.source = SurfaceSource::Around;
+        return read_keys<AroundSurfaceKeys>(reading, surface);
+    }
     return node->find("shape") != nullptr ? read_shape(reading, surface) : read_recipe_surface(reading, surface);
 }
 
@@ -207,6 +211,45 @@ std::optional<Error> resolve_host_body(const CheckContext& context, const Values
         return fail_at(context, values, "embedded_in",
                        fmt::format("the body \"{}\" is not deformable, so it cannot carry another; {}", name,
                                    suggest("deformable body", name, deformable)));
+    return std::nullopt;
+}
+
+std::optional<Error> resolve_around(const CheckContext& context, const Values& values, const Scene& scene, std::size_t index,
+                                    SurfaceSpec& surface) {
+    if (surface.source != SurfaceSource::Around) return std::nullopt;
+    const SceneBody& own = scene.bodies[index];
+    if (own.kind != BodyKind::Static || !own.hollow)
+        return fail_at(context, values, own.hollow ? "kind" : "surface",
+                       "the free space around bodies is what instruments move in: expected \"kind\": \"static\", \"hollow\": true");
+    for (const char* key : {"scale", "translate", "embedded_in"})
+        if (values.has(key))
+            return fail_at(context, values, key, "unused key: a surface around bodies lies where they do, and moves with them; expected it left out");
+    const JsonNode* names = values.find("surface")->find("around");
+    std::vector<std::string_view> before;
+    for (std::size_t i = 0; i < index; ++i)
+        if (!scene.bodies[i].hollow) before.push_back(scene.bodies[i].name);
+    for (std::size_t i = 0; i < names->children.size(); ++i) {
+        const JsonNode& name = names->children[i];
+        const auto fail = [&](std::string message) {
+            return error_at(context, name.at, fmt::format("{}.surface.around[{}]", values.path(), i), std::move(message));
+        };
+        const Index body = find_body(scene, name.text);
+        if (body == kNoIndex) return fail(fmt::format("found the unknown body \"{:.60}\"; {}", name.text, suggest("solid body", name.text, before)));
+        if (body >= index)
+            return fail(fmt::format("the body \"{}\" does not stand before \"{}\"; {}", name.text, own.name, suggest("solid body", name.text, before)));
+        const SceneBody& solid = scene.bodies[body];
+        if (solid.hollow) return fail(fmt::format("the body \"{}\" is hollow; {}", name.text, suggest("solid body", name.text, before)));
+        if (solid.kind == BodyKind::Kinematic || solid.embedded_in != kNoIndex)
+            return fail(fmt::format("the body \"{}\" {}, which instruments cannot meet from outside yet; expected one that is static, or deformable", name.text,
+                                    solid.kind == BodyKind::Kinematic ? "moves as told" : "is embedded in another one"));
+        for (const Index other : surface.around) {
+            if (other == body) return fail(fmt::format("found \"{}\" twice; expected it once", name.text));
+            if (scene.bodies[other].kind == BodyKind::Deformable && solid.kind == BodyKind::Deformable)
+                return fail(fmt::format("\"{}\" and \"{}\" both deform; expected at most one body that does, and static ones", scene.bodies[other].name,
+                                        name.text));
+        }
+        surface.around.push_back(body);
+    }
     return std::nullopt;
 }
 

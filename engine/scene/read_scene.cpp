@@ -120,6 +120,7 @@ std::optional<Error> read_bodies(const CheckContext& context, const Values& root
         const JsonNode& member = map->children[i];
         const Values values = root.element("bodies", member, join_key("bodies", member.key));
         if (auto error = resolve_host_body(context, values, scene, scene.bodies[i])) return error;
+        if (auto error = resolve_around(context, values, scene, i, scene.bodies[i].surface)) return error;
     }
     return std::nullopt;
 }

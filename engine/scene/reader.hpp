@@ -86,6 +86,10 @@ struct Reading {
 [[nodiscard]] std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene,
                                                      SceneBody& body);
 
+/// The bodies that a free space lies around, likewise.
+[[nodiscard]] std::optional<Error> resolve_around(const CheckContext& context, const Values& values, const Scene& scene, std::size_t body,
+                                                  SurfaceSpec& surface);
+
 /// Bodies have been read.
 [[nodiscard]] std::optional<Error> read_target(const Reading& reading, SceneTarget& target);
 

@@ -42,7 +42,7 @@ struct ShapeSpec {
     int sides = 24;                              // tube, torus: vertices round the tube
 };
 
-enum class SurfaceSource : std::uint8_t { File, Recipe, Shape };
+enum class SurfaceSource : std::uint8_t { File, Recipe, Shape, Around };
 
 /// Where a body's dense surface comes from. Files and recipes are known to exist.
 struct SurfaceSpec {
@@ -56,6 +56,8 @@ struct SurfaceSpec {
     anatomy::Recipe recipe;          // Recipe
     std::string part;                // Recipe: "liver" or "lumen"
     ShapeSpec shape;                 // Shape
+    std::vector<Index> around;       // Around: solids that bound the free space, bodies before this one
+    double margin = 0.05;            // Around: m, from their common box to the wall that closes the space
 };
 
 /// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's

@@ -57,7 +57,7 @@ TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children,
 TROCAR_MEMBERS(LoadRow, time, value)
 TROCAR_MEMBERS(HeldNodes, pinned, moves, turns, point, axis)
 TROCAR_MEMBERS(BodyLoad, kind, vector, number, over, nodes, share, faces, area)
-TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, host_body, links, self_contact, path, held, loads, node_give,
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, host_body, links, self_contact, path, held, loads, node_give,
                velocity, spin, topology, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)

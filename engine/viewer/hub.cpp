@@ -37,9 +37,10 @@ Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& sessi
     for (const EffectDescriptor* effect : registered_effects())
         if (!session.permits(*effect)) range_.missing.push_back(effect);
     std::size_t part = 0;
-    for (const BodyModel& body : prepared.model.bodies)
-        model_messages_.push_back(std::make_shared<const std::string>(
-            encode_model(part++, body.surface.triangles, far_triangles(body.surface, body.hollow ? kFarVessel : kFarBody))));
+    for (const BodyModel& body : prepared.model.bodies) {
+        const std::vector<Triangle> far = body.is_free_space ? std::vector<Triangle>() : far_triangles(body.surface, body.hollow ? kFarVessel : kFarBody);
+        model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, body.is_free_space ? std::vector<Triangle>() : body.surface.triangles, far)));
+    }
     for (const InstrumentModel& instrument : prepared.model.instruments)
         model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, instrument.skin.triangles)));
 }

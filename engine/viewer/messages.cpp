@@ -22,6 +22,7 @@ std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 Json point(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 const char* kind_of(const BodyModel& body) noexcept {
+    if (body.is_free_space) return "space";
     if (body.hollow) return "vessel";
     return body.motion == Motion::Deformable ? "organ" : "rigid";
 }
@@ -35,7 +36,7 @@ Json describe_parts(const SceneModel& model) {
                          {"moves", body.moves()},
                          {"pullable", can_be_pulled(model, i)},
                          {"vertices", body.surface.vertices.size()},
-                         {"triangles", body.surface.triangles.size()}});
+                         {"triangles", body.is_free_space ? 0 : body.surface.triangles.size()}});
     }
     for (const InstrumentModel& instrument : model.instruments)
         parts.push_back({{"name", instrument.name},

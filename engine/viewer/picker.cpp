@@ -14,6 +14,7 @@ constexpr double kRoom = 1.3;
 Picker::Picker(const SceneModel& model) : model_(model) {
     if (model.instruments.empty()) return;
     const InstrumentModel& instrument = model.instruments[kLeadInstrument];
+    if (model.bodies[instrument.lumen].is_free_space) return;
     if (auto places = LumenPlaces::make(*model.bodies[instrument.lumen].lumen, instrument.port.position); places.ok()) places_ = std::move(*places);
 }
 

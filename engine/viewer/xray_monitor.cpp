@@ -23,7 +23,7 @@ constexpr unsigned kWholeEdge = 512;
 /// Of a pixel in the open beam, where the scene has no view of its own: a fluoroscopy's picture, and the higher dose of one that is subtracted.
 constexpr double kPhotons = 4000.0, kSubtractionDose = 8.0;
 
-XrayView first_view(const Scene& scene, const State& state) {
+XrayView first_view(const Scene& scene, const SceneModel& model, const State& state) {
     if (scene.outputs.fluoroscopy && !scene.outputs.fluoroscopy->views.empty()) {
         XrayView view = scene.outputs.fluoroscopy->views.front();
         view.arm.clear();
@@ -31,7 +31,7 @@ XrayView first_view(const Scene& scene, const State& state) {
         view.mask = 0.0;
         return view;
     }
-    XrayView view = XrayPatient::whole_view(state, {kWholeEdge, kWholeEdge});
+    XrayView view = XrayPatient::whole_view(model, state, {kWholeEdge, kWholeEdge});
     view.noise = true;
     view.photons = kPhotons;
     return view;
@@ -50,7 +50,7 @@ void put(std::string& out, T value) {
 class XrayMonitor::Screen {
 public:
     Screen(const Scene& scene, const SceneModel& model, const State& state)
-        : spec_(scene.outputs.fluoroscopy.value_or(FluoroscopySpec{})), patient_(spec_, model), base_(first_view(scene, state)), view_(base_) {}
+        : spec_(scene.outputs.fluoroscopy.value_or(FluoroscopySpec{})), patient_(spec_, model), base_(first_view(scene, model, state)), view_(base_) {}
 
     /// Stands the arm as it is wanted; a mask that another stand took is none any more.
     void set(const Wishes& wishes, const State& state) {

@@ -159,7 +159,7 @@ std::vector<Contact> PySimulator::contacts() {
 engine::Fluoroscope& PySimulator::find_scope(const std::string& name, const engine::State& state) {
     if (!cameras_) {
         engine::FluoroscopySpec spec = scene_->scene().outputs.fluoroscopy.value_or(engine::FluoroscopySpec{});
-        if (spec.views.empty()) spec.views = {engine::XrayPatient::whole_view(state, {256, 256})};
+        if (spec.views.empty()) spec.views = {engine::XrayPatient::whole_view(model(), state, {256, 256})};
         auto made = std::make_unique<Cameras>(std::move(spec), model());
         for (const engine::XrayView& view : made->spec.views)
             if (const auto outside = made->patient.check_source(state, view); !outside) throw EngineError(outside.error());

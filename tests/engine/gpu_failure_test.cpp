@@ -60,7 +60,7 @@ ContextOptions tampered(Change change) {
     };
     return options;
 }
-bool has_opengl() { return GlCullBackend::make().ok(); }
+bool has_layered_opengl() { return GlCullBackend::make().ok(); }
 
 /// Pairs of triangles that a search leaves in one step, and its notes.
 struct Answer {
@@ -100,7 +100,7 @@ TEST(GpuFailure, WithoutAnyOpenGlTheCpuReferenceWorksAndSaysWhy) {
 }
 
 TEST(GpuFailure, AShaderThatDoesNotCompileIsToldWithTheDriversLog) {
-    if (!has_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
+    if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const auto broken = tampered([](GlApi& gl) { gl.ShaderSource = break_source; });
     const auto backend = GlCullBackend::make(broken);
     ASSERT_FALSE(backend.ok());
@@ -116,7 +116,7 @@ TEST(GpuFailure, AShaderThatDoesNotCompileIsToldWithTheDriversLog) {
 }
 
 TEST(GpuFailure, WithoutMemoryForAllLayersTheyAreDrawnInTurns) {
-    if (!has_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
+    if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const auto poor = tampered([](GlApi& gl) {
         driver.deepest = 3;
         gl.TextureStorage3D = lack_memory;
@@ -138,7 +138,7 @@ TEST(GpuFailure, WithoutMemoryForAllLayersTheyAreDrawnInTurns) {
 }
 
 TEST(GpuFailure, WithoutMemoryForOneLayerASmallerPictureIsTakenAndSaid) {
-    if (!has_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
+    if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const auto poor = tampered([](GlApi& gl) {
         driver.widest = 40;
         gl.TextureStorage3D = lack_memory;
@@ -161,7 +161,7 @@ TEST(GpuFailure, WithoutMemoryForOneLayerASmallerPictureIsTakenAndSaid) {
 }
 
 TEST(GpuFailure, ALostContextLosesNoContact) {
-    if (!has_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
+    if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const test::Cloth cloth = test::make_cloth(16, 8, 8);
     const Answer near = search(cloth, CullMethod::None, {}, 96), expected = search(cloth, CullMethod::Cpu, {}, 96);
     for (const int calls : {0, 1, 2}) { // in the first view, or in a later one
@@ -188,7 +188,7 @@ TEST(GpuFailure, ALostContextLosesNoContact) {
 }
 
 TEST(GpuFailure, AnswersThatDoNotComeBackAreNoAnswers) {
-    if (!has_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
+    if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const auto silent = tampered([](GlApi& gl) {
         driver.reads = false;
         gl.GetNamedBufferSubData = read_nothing;

@@ -18,7 +18,7 @@ struct Seen {
     Seen() {
         simulator.emplace(prepared.model);
         for (int k = 0; k < 40; ++k) simulator->step();
-        view = XrayPatient::whole_view(simulator->state(), {160, 128});
+        view = XrayPatient::whole_view(prepared.model, simulator->state(), {160, 128});
         view.primary = 0.4, view.secondary = -0.2;
         view.display = XrayDisplay::Log;
     }

@@ -57,7 +57,7 @@ TEST(XrayMonitor, ShowsWhatTheProjectorMakesOfTheState) {
     ASSERT_EQ(picture.size(), kHeader + 128 * 128);
     live.stop(); // the state is ours
     const State& state = live.session->simulator().state();
-    XrayView view = XrayPatient::whole_view(state, {512, 512});
+    XrayView view = XrayPatient::whole_view(live.session->model(), state, {512, 512});
     view.primary = 0.7, view.secondary = -0.3;
     view.pixels = {128, 128};
     for (double& side : view.detector) side /= 2.0;

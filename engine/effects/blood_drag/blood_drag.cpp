@@ -87,7 +87,7 @@ private:
 /// Nodes before the port feel nothing.
 /// cost      O(node_count), some tens of centreline points a node
 void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads& acting) {
-    if (!step.live.blood_drag) return;
+    if (!step.live.blood_drag || !step.model.bodies[step.model.instruments[index].lumen].blood) return; // none around solids
     step.counts.note(blood_drag);
     const Blood& blood = *step.live.blood_drag;
     double rate = 1.0;

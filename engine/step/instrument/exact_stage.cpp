@@ -1,5 +1,6 @@
 // The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
 #include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/time/phase.hpp"
@@ -20,6 +21,8 @@ namespace {
 
 /// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
 constexpr unsigned kDriveStopRound = 1;
+/// Of planes of corrections: a side of its own, after those that the wall's planes of a place may have.
+constexpr std::uint8_t kCorrectionSide = kPlanesPerPlace;
 
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
     return {&model.instruments[index].topology, rods.instruments[index].skin_t0, state.instruments[index].skin};
@@ -70,7 +73,11 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     const double room = instrument.rod.design.radius + model.contact.clearance;
     state.instruments[index].planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0, (wall_point - wall_before) / model.step_s});
     state.instruments[index].planes.back().friction_share = instrument.rod.friction_at(node, weight);
-    state.instruments[index].presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
+    WallPress press = press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]);
+    press.give = find_wall_give(model, instrument.lumen, press, rods);
+    state.instruments[index].planes.back().give = press.give;
+    state.instruments[index].planes.back().side = kCorrectionSide;
+    state.instruments[index].presses.push_back(press);
 }
 
 } // namespace

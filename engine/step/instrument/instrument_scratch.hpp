@@ -17,12 +17,17 @@
 
 namespace trocar::engine {
 
+/// The planes of one side of a place press at so many triangles at most: those that press less are left out.
+inline constexpr std::size_t kPressesPerPush = 6;
+
 /// What the tissue was given of one place of a rod in this step: see wall_exchange.hpp.
 struct WallPush {
     Index node = 0;
     double weight = 0.0;
     std::uint8_t side = 0;
-    WallPress press;
+    std::array<WallPress, kPressesPerPush> press;                        // [press_count] where its planes press, hardest first
+    std::array<double, kPressesPerPush> share{};                         // [press_count] of the force, sum 1
+    std::size_t press_count = 0;
     double give = 0.0;                                                   // m/N
     bool is_rigid = false;                                               // the rod felt it so
     Vec3 force = Vec3::Zero(), felt = Vec3::Zero(), drag = Vec3::Zero(); // N, on the rod

@@ -207,8 +207,9 @@ void list_meetings(const SceneModel& model, const State& state, ContactOrigin or
 [[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
 
 inline constexpr unsigned kMaxCorrections = 3;
-/// Planes per place on the rod at most: a tube closes in from all sides with six, and a place may lie in a corner of its facets.
-inline constexpr std::size_t kPlanesPerPlace = 10;
+/// Planes per place on the rod at most: a tube closes in from all sides with six, a place may lie in a corner of its facets, and tissue folds up
+/// around what presses into it.
+inline constexpr std::size_t kPlanesPerPlace = 24;
 /// m; the drive moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
 /// at a step of 29 ms. Shortening is counted (StepReport::drive_limited).
 inline constexpr double kDriveReach = 1.0e-3;

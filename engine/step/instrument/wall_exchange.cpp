@@ -1,5 +1,6 @@
 #include "engine/step/instrument/wall_exchange.hpp"
 
+#include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
@@ -61,12 +62,21 @@ Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& pr
     return coming;
 }
 
-/// Of one side of a place, if its planes push: where the hardest of them presses. Returns the first plane of the next side.
+/// Notes where a plane presses, hardest first.
+void add_press(const WallPress& press, double force, WallPush& push) {
+    std::size_t at = push.press_count;
+    for (; at > 0 && push.share[at - 1] < force; --at)
+        if (at < kPressesPerPush) push.press[at] = push.press[at - 1], push.share[at] = push.share[at - 1];
+    if (at == kPressesPerPush) return;
+    push.press[at] = press, push.share[at] = force;
+    push.press_count = std::min(push.press_count + 1, kPressesPerPush);
+}
+
+/// Of one side of a place, if its planes push: each where it presses. Returns the first plane of the next side.
 std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& push) {
     const fem::RodPlane& first = now.planes[from];
     push = WallPush{.node = first.node, .weight = first.weight};
     push.side = first.side;
-    double hardest = 0.0;
     std::size_t k = from;
     for (; k < now.planes.size() && are_of_one_side(now.planes[k], first); ++k) {
         const fem::RodPlane& plane = now.planes[k];
@@ -75,8 +85,11 @@ std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& pu
         push.drag += plane.drag;
         const double give = now.presses[k].give;
         if (give > 0.0) push.give = give, push.felt = plane.felt, push.is_rigid = plane.give == 0.0;
-        if (plane.force > hardest) hardest = plane.force, push.press = now.presses[k];
+        add_press(now.presses[k], plane.force, push);
     }
+    double sum = 0.0;
+    for (std::size_t i = 0; i < push.press_count; ++i) sum += push.share[i];
+    for (std::size_t i = 0; i < push.press_count; ++i) push.share[i] /= sum;
     return k;
 }
 
@@ -91,9 +104,11 @@ void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods)
         WallPush push;
         for (std::size_t k = 0; k < now.planes.size();) {
             k = find_push(now, k, push);
-            if (push.press.triangle == kNoIndex) continue;
-            for_each_node(wall, push.press, [&](Index node, double share) { count[node] += share; });
-            push.coming = find_coming(model, model.instruments[i].lumen, push.press, state);
+            if (push.press_count == 0) continue;
+            for (std::size_t k = 0; k < push.press_count; ++k) {
+                for_each_node(wall, push.press[k], [&](Index node, double share) { count[node] += push.share[k] * share; });
+                push.coming += push.share[k] * find_coming(model, model.instruments[i].lumen, push.press[k], state);
+            }
             rods.instruments[i].pushes.push_back(push); // reserved
         }
     }
@@ -103,7 +118,15 @@ void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods)
 void add_push(const SceneModel& model, std::size_t lumen, const WallPush& push, const Vec3& direction, double start, double end, const State& state,
               BodiesScratch& bodies) {
     const double stiffness = 1.0 / push.give;
-    SurfacePush spring{lumen, model.bodies[lumen].surface.triangles[push.press.triangle], push.press.bary, direction, -start / stiffness, stiffness};
+    std::array<Index, 3 * kPressesPerPush> vertices;
+    std::array<double, 3 * kPressesPerPush> weights;
+    for (std::size_t i = 0; i < push.press_count; ++i)
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            vertices[3 * i + corner] = model.bodies[lumen].surface.triangles[push.press[i].triangle][corner];
+            weights[3 * i + corner] = push.share[i] * push.press[i].bary[corner];
+        }
+    SurfacePush spring{lumen, std::span(vertices).first(3 * push.press_count), std::span(weights).first(3 * push.press_count), direction, -start / stiffness,
+                       stiffness};
     spring.rate = (start - end) / (stiffness * model.step_s);
     add_surface_spring(model, spring, state, bodies);
 }
@@ -183,7 +206,7 @@ void carry_planes(const SceneModel& model, std::size_t index, State& state, cons
         plane.felt.setZero();
     }
     for (const WallPush& push : scratch.pushes) {
-        const Vec3 felt = felt_of(push, find_wall_way(model, instrument.lumen, push.press, state, rods));
+        const Vec3 felt = felt_of(push, way_of(push, wall_motion(model, instrument.lumen, state, rods)));
         for (fem::RodPlane& plane : now.planes)
             if (plane.node == push.node && plane.weight == push.weight && plane.side == push.side) plane.felt += felt;
     }
@@ -222,11 +245,18 @@ double find_exchange_gap(const SceneModel& model, std::size_t instrument, const 
     Vec3 gap = Vec3::Zero();
     for (const fem::RodPlane& plane : state.instruments[instrument].planes)
         if (plane.force > 0.0) gap += plane.force * plane.normal + plane.drag;
-    for (const WallPush& push : rods.instruments[instrument].pushes) {
-        const Triangle& t = wall.surface.triangles[push.press.triangle];
-        gap -= felt_of(push, point_on(t, push.press.bary, state.bodies[lumen].surface) - point_on(t, push.press.bary, rods.walls[lumen].surface_t0)) + push.drag;
-    }
+    const collision::SurfaceMotion motion = wall_motion(model, lumen, state, rods);
+    for (const WallPush& push : rods.instruments[instrument].pushes) gap -= felt_of(push, way_of(push, motion)) + push.drag;
     return std::sqrt(gap.squaredNorm());
+}
+
+Vec3 way_of(const WallPush& push, const collision::SurfaceMotion& wall) noexcept {
+    Vec3 way = Vec3::Zero();
+    for (std::size_t i = 0; i < push.press_count; ++i) {
+        const Triangle& t = wall.topology->triangles[push.press[i].triangle];
+        way += push.share[i] * (point_on(t, push.press[i].bary, wall.t1) - point_on(t, push.press[i].bary, wall.t0));
+    }
+    return way;
 }
 
 Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept {

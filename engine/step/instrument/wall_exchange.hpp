@@ -26,8 +26,8 @@ namespace trocar::engine {
 [[nodiscard]] double find_exact_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const Vec3& normal, const State& state,
                                      const RodsScratch& rods);
 
-/// Planes of the last step to where their walls go by inertia, for the look ahead; without those of corrections, which know nothing of what the
-/// tissue felt: forces of a rod between rigid planes are not the tissue's.
+/// Planes of the last step to where their walls go by inertia, for the look ahead; without those that do not give: forces of a rod between rigid
+/// planes are not the tissue's.
 void move_planes(const SceneModel& model, State& state);
 
 /// m, of a wall's place in this step.
@@ -39,8 +39,11 @@ void carry_planes(const SceneModel& model, std::size_t index, State& state, cons
 /// What presses in the look ahead becomes springs on the coarse nodes that carry the walls, for this step's integration.
 void push_walls(const SceneModel& model, const State& state, BodiesScratch& bodies, RodsScratch& rods);
 
+/// m, in this step, of the wall where it presses: the mean of its triangles by their shares of the force.
+[[nodiscard]] Vec3 way_of(const WallPush& push, const collision::SurfaceMotion& wall) noexcept;
+
 /// N; what the tissue felt at the step's end, as the rod does.
-/// moved   m, of the wall at the push's place
+/// moved   m, of way_of
 [[nodiscard]] Vec3 felt_of(const WallPush& push, const Vec3& moved) noexcept;
 
 /// N; what an instrument pushes its wall with at the step's end, less what the tissue felt of it then; 0: both agree, or no tissue carries the wall.

@@ -19,12 +19,15 @@ namespace {
 constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
 /// Cosine above which a new plane goes on with the forces of a last one.
 constexpr double kSameDirection = 0.9;
-/// So many planes of a place look the same way, by the cosine between them: six close in from all sides, three are a corner of facets.
+/// So many planes of a place look the same way, by the cosine between them: six close in from all sides, three are a corner of facets. Tissue may
+/// fold up around what presses into it: every facet of it near the rod gets its plane.
 struct Spread {
     double cosine;
     std::size_t most;
+    double within = std::numeric_limits<double>::infinity(); // of what the place keeps: facets farther away are left out
+    bool of_tissue = false;                                  // of walls that yield alone
 };
-constexpr Spread kSpreads[] = {{0.5, 1}, {0.9, 3}};
+constexpr Spread kSpreads[] = {{0.5, 1}, {0.9, 3}, {0.995, kPlanesPerPlace, 2.0, true}};
 /// Cosine; where what is near looks farther aside than this of the nearest, the lumen may be narrow.
 constexpr double kSideways = 0.5;
 /// Cosine above which they are the same plane: of what has gone out over an edge the triangles beside it are the same way off.
@@ -121,10 +124,8 @@ public:
     /// What the tissue felt at the place at the step's end, as the rod does. visit(N)
     template <class Visit>
     void for_each_felt(Visit&& visit) const {
-        for (std::size_t k = push_at_; k < pushes_.size() && pushes_[k].node == node_ && pushes_[k].weight == weight_; ++k) {
-            const Triangle& t = wall_.topology->triangles[pushes_[k].press.triangle];
-            visit(felt_of(pushes_[k], point_on(t, pushes_[k].press.bary, wall_.t1) - point_on(t, pushes_[k].press.bary, wall_.t0)));
-        }
+        for (std::size_t k = push_at_; k < pushes_.size() && pushes_[k].node == node_ && pushes_[k].weight == weight_; ++k)
+            visit(felt_of(pushes_[k], way_of(pushes_[k], wall_)));
     }
 
 private:
@@ -148,6 +149,7 @@ public:
     Yielding(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) noexcept
         : model_(model), index_(index), state_(state), rods_(rods) {}
 
+    [[nodiscard]] bool is_tissue() const noexcept { return rods_.tissue_moves && model_.bodies[lumen()].host_body; }
     /// Nodes in ascending order, from the first that may press on.
     void come_to(Index node) noexcept {
         const std::vector<Vec3>& position = rods_.instruments[index_].rod_t0.position;
@@ -218,64 +220,88 @@ std::span<const NearTriangle> facets_of(const NearList& list, const PlaneSite& s
     return std::span(facets).first(count);
 }
 
-/// Planes of one place: what closes in from all sides first, then the wall's facets one by one, nearest first each time.
+/// The facets of a place that get planes: what closes in from all sides first, then one by one, nearest first each time.
+struct ChosenFacets {
+    ChosenFacets(std::span<const NearTriangle> facets, const PlaneSite& site, bool is_tissue) noexcept {
+        for (const Spread& spread : kSpreads)
+            for (const NearTriangle& facet : facets)
+                if ((is_tissue || !spread.of_tissue) && facet.distance < spread.within * site.room) offer(facet, spread);
+    }
+    void offer(const NearTriangle& facet, const Spread& spread) noexcept {
+        if (count == kPlanesPerPlace) return;
+        std::size_t alike = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            if (made[k] == &facet) return;
+            alike += made[k]->normal.dot(facet.normal) > spread.cosine;
+        }
+        if (alike < spread.most) made[count++] = &facet;
+    }
+    std::array<const NearTriangle*, kPlanesPerPlace> made;
+    std::size_t count = 0;
+};
+
+/// What the tissue felt of the last planes of a place, each of their sides, hardest first, N.
+struct FeltSides {
+    void add(const Vec3& one) noexcept {
+        if (count == felt.size() || one.isZero(0.0)) return;
+        std::size_t at = count++;
+        for (; at > 0 && felt[at - 1].squaredNorm() < one.squaredNorm(); --at) felt[at] = felt[at - 1];
+        felt[at] = one;
+    }
+    std::array<Vec3, kPlanesPerPlace> felt;
+    std::size_t count = 0;
+};
+
+/// Planes of the facets that look along an axis; without one, as the first that is left does. They leave the list.
+/// Returns how many left it.
+std::size_t add_side(const Vec3* axis, std::span<const NearTriangle*> facets, const PlaneSite& site, std::uint8_t side, LastPlanes& last,
+                     InstrumentState& now, const Yielding* yielding) {
+    std::size_t left = 0;
+    double give = 0.0; // of the nearest, for all of the side
+    Vec3 along = axis != nullptr ? *axis : Vec3(Vec3::Zero());
+    for (const NearTriangle*& near : facets) {
+        if (near == nullptr) continue;
+        const bool seeds = axis == nullptr && left == 0;
+        if (seeds) along = near->normal;
+        if (!seeds && !(near->normal.dot(along) > 0.0)) continue;
+        const NearTriangle& plane = *std::exchange(near, nullptr);
+        if (left++ == 0 && yielding != nullptr) give = yielding->before_force({plane.triangle, plane.bary});
+        if (plane.distance > site.farthest) continue;
+        now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(plane.point) + site.room, 0.0, plane.velocity});
+        now.planes.back().friction_share = site.friction;
+        now.presses.push_back({plane.triangle, plane.bary, give});
+        last.warm_start(now.planes.back());
+        now.planes.back().side = side;
+    }
+    return left;
+}
+
+/// Planes of one place. What looks along the force that the tissue felt last is one side, and moves as one: facets that press in a fold stay
+/// together, whichever of them is nearest. The others are sides as they look the same way.
 /// yielding   null: the wall does not
 void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now, const Yielding* yielding) {
     std::array<NearTriangle, kFacets> memory;
-    const std::span<const NearTriangle> facets = facets_of(list, site, memory);
-    std::array<const NearTriangle*, kPlanesPerPlace> made;
-    std::size_t count = 0;
-    for (const Spread& spread : kSpreads)
-        for (const NearTriangle& facet : facets) {
-            if (count == kPlanesPerPlace) break;
-            std::size_t alike = 0;
-            bool is_made = false;
-            for (std::size_t k = 0; k < count; ++k) {
-                alike += made[k]->normal.dot(facet.normal) > spread.cosine;
-                is_made = is_made || made[k] == &facet;
-            }
-            if (!is_made && alike < spread.most) made[count++] = &facet;
-        }
+    ChosenFacets facets(facets_of(list, site, memory), site, yielding != nullptr && yielding->is_tissue());
     last.seek(site.node, site.weight);
-    std::array<Vec3, kPlanesPerPlace> facing; // of each side: the sum of its normals
-    std::size_t first = now.planes.size(), sides = 0;
-    for (std::size_t left = count; left > 0; ++sides) {
-        facing[sides].setZero();
-        double give = 0.0; // of the nearest, for all of the side
-        const NearTriangle* nearest = nullptr;
-        for (const NearTriangle*& near : std::span(made).first(count)) {
-            if (near == nullptr || (nearest != nullptr && !(near->normal.dot(nearest->normal) > 0.0))) continue;
-            --left;
-            const NearTriangle& plane = *std::exchange(near, nullptr);
-            if (nearest == nullptr) nearest = &plane, give = yielding != nullptr ? yielding->before_force({plane.triangle, plane.bary}) : 0.0;
-            if (plane.distance > site.farthest) continue;
-            facing[sides] += plane.normal;
-            now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(plane.point) + site.room, 0.0, plane.velocity});
-            now.planes.back().friction_share = site.friction;
-            now.presses.push_back({plane.triangle, plane.bary, give});
-            last.warm_start(now.planes.back());
-            now.planes.back().side = static_cast<std::uint8_t>(sides);
+    FeltSides sides;
+    if (yielding != nullptr) last.for_each_felt([&](const Vec3& felt) { sides.add(felt); });
+    const auto chosen = std::span(facets.made).first(facets.count);
+    std::size_t left = facets.count;
+    std::uint8_t side = 0;
+    for (std::size_t turn = 0; left > 0; ++turn) {
+        const std::size_t first = now.planes.size();
+        const Vec3* felt = turn < sides.count ? &sides.felt[turn] : nullptr;
+        const std::size_t taken = add_side(felt, chosen, site, side, last, now, yielding);
+        left -= taken;
+        side = static_cast<std::uint8_t>(side + (taken > 0));
+        if (first == now.planes.size() || yielding == nullptr) continue;
+        if (felt != nullptr) {
+            const double give = yielding->along(now.presses[first], now.planes[first].normal);
+            for (std::size_t k = first; k < now.planes.size(); ++k) now.planes[k].felt = *felt, now.presses[k].give = give;
         }
-    }
-    if (yielding == nullptr) return;
-    last.for_each_felt([&](const Vec3& felt) {
-        std::size_t best = 0;
-        for (std::size_t side = 1; side < sides; ++side)
-            if (facing[side].dot(felt) > facing[best].dot(felt)) best = side;
-        double give = 0.0;
-        for (std::size_t k = first; k < now.planes.size(); ++k) {
-            if (now.planes[k].side != best) continue;
-            now.planes[k].felt += felt;
-            if (give == 0.0) give = yielding->along(now.presses[k], now.planes[k].normal);
-            now.presses[k].give = give;
-        }
-    });
-    for (std::size_t side = 0, k = first; side < sides; ++side) {
-        const std::size_t begin = k;
         bool is_softer = false;
-        for (; k < now.planes.size() && now.planes[k].side == side; ++k)
-            is_softer = is_softer || yielding->is_softer(now.planes[k].normal, now.presses[k].give);
-        for (std::size_t i = begin; is_softer && i < k; ++i) now.planes[i].give = now.presses[i].give;
+        for (std::size_t k = first; k < now.planes.size(); ++k) is_softer = is_softer || yielding->is_softer(now.planes[k].normal, now.presses[k].give);
+        for (std::size_t k = first; is_softer && k < now.planes.size(); ++k) now.planes[k].give = now.presses[k].give;
     }
 }
 

@@ -2,7 +2,7 @@
 
 export interface Part {
     name: string;
-    kind: "vessel" | "organ" | "rigid" | "instrument";
+    kind: "vessel" | "organ" | "rigid" | "space" | "instrument"; // space: around solids, nothing of it is drawn
     moves: boolean;
     pullable: boolean;
     vertices: number;

@@ -177,7 +177,7 @@ export class Stage {
 
     private boundsOfAll(): THREE.Box3 {
         const box = new THREE.Box3();
-        const organs = this.surfaces.filter((surface) => surface.part.kind !== "instrument");
+        const organs = this.surfaces.filter((surface) => surface.part.kind !== "instrument" && surface.part.kind !== "space");
         for (const surface of organs.length > 0 ? organs : this.surfaces) {
             if (surface.whole.getAttribute("position") === undefined) continue;
             surface.whole.computeBoundingBox();

@@ -10,6 +10,7 @@ export const kLooks: Record<Part["kind"], Look> = {
     vessel: { colour: 0xe2483d, opacity: 0.3 },
     organ: { colour: 0xc9806a, opacity: 0.2 },
     rigid: { colour: 0xaab4c4, opacity: 1.0 },
+    space: { colour: 0x000000, opacity: 0.0 }, // it has no triangles
     instrument: { colour: 0x63c7ff, opacity: 1.0 },
 };
 
