@@ -8,7 +8,7 @@
 // of contact: Simo & Laursen 1992). Forces balance the rod to the iteration's tolerance whatever k is; what k leaves is a depth of
 // (force - multiplier) / k, which is nothing where forces are steady. Friction is Coulomb's by return mapping (Michalowski & Mroz 1978;
 // Simo & Laursen 1992): the way to the cone's edge is the same for every force, some micrometres, so that what holds by micronewtons and
-// what holds by newtons leave the cone alike; a held place does not creep, since its anchor stays. The bound follows the normal force only
+// what holds by newtons leave the cone alike, and beyond that the way by which a wall gives to the bound; a held place does not creep, since its anchor stays. The bound follows the normal force only
 // where the iteration has nearly settled: normal forces far from balance would let friction throw the rod about. A plane touches two
 // neighbouring nodes: the matrix stays a band, O(n) for any number of planes. With torsion the place that slides is on the rod's surface:
 // one cone for what slides along it and around it. A place of the rod that meets another one of it does not roll on it.
@@ -47,6 +47,9 @@ inline constexpr SearchTolerance kGivenTolerance{.overshoot = 1e-9, .left = 1e-3
 inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
 /// What a stage's iteration starts with: the forces that the last one ended with.
+/// m; a wall that gives way gives way to friction too.
+[[nodiscard]] inline double stick_reach(const RodPlane& plane, double bound) noexcept { return kStickReach + plane.give * bound; }
+
 /// bound   N, of friction, of the plane's force
 inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept {
     press = RodPress();
@@ -54,9 +57,10 @@ inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept
     plane.drag.setZero();
     press.force = press.last = press.bounding = plane.force;
     if (!(bound > 0.0)) return;
-    press.anchor = -kStickReach / bound * (drag - plane.normal.dot(drag) * plane.normal);
+    const double reach = stick_reach(plane, bound);
+    press.anchor = -reach / bound * (drag - plane.normal.dot(drag) * plane.normal);
     const double length = std::sqrt(press.anchor.squaredNorm());
-    if (length > kStickReach) press.anchor *= kStickReach / length;
+    if (length > reach) press.anchor *= reach / length;
 }
 
 /// Force and stiffness of one plane.
@@ -83,9 +87,9 @@ void evaluate_press(RodPlane& plane, RodPress& press, double depth, double acros
     const Vec3 trial = press.anchor + slide();
     const double length = std::sqrt(trial.squaredNorm());
     const Mat3 aside = Mat3::Identity() - plane.normal * plane.normal.transpose();
-    if (length <= kStickReach) { // it holds
-        plane.drag = -bound / kStickReach * trial;
-        press.aside = bound / kStickReach * aside;
+    if (const double reach = stick_reach(plane, bound); length <= reach) { // it holds
+        plane.drag = -bound / reach * trial;
+        press.aside = bound / reach * aside;
         return;
     }
     const Vec3 way = trial / length;

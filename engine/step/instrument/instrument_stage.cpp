@@ -104,12 +104,12 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
 void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
+        rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses; with what dragged a step earlier
         for (auto* planes : {&state.instruments[i].planes, &state.instruments[i].self_planes})
             for (fem::RodPlane& plane : *planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
         rods.instruments[i].self.end();
         rods.instruments[i].slowed = false;
         rods.instruments[i].iterations = 0;
-        rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses
         rods.instruments[i].last_presses = state.instruments[i].presses;
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
         rods.instruments[i].wall_distance.clear();

@@ -1,6 +1,5 @@
 #include "engine/step/instrument/wall_exchange.hpp"
 
-#include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
@@ -62,6 +61,11 @@ Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& pr
     return coming;
 }
 
+/// Of a wall that moves.
+collision::SurfaceMotion motion_in_step(const SceneModel& model, std::size_t lumen, const State& state, const RodsScratch& rods) {
+    return {&model.bodies[lumen].topology, rods.walls[lumen].surface_t0, state.bodies[lumen].surface};
+}
+
 /// Notes where a plane presses, hardest first.
 void add_press(const WallPress& press, double force, WallPush& push) {
     std::size_t at = push.press_count;
@@ -72,17 +76,33 @@ void add_press(const WallPress& press, double force, WallPush& push) {
     push.press_count = std::min(push.press_count + 1, kPressesPerPush);
 }
 
-/// Of one side of a place, if its planes push: each where it presses. Returns the first plane of the next side.
-std::size_t find_push(const InstrumentState& now, std::size_t from, WallPush& push) {
+/// What the planes of the look ahead dragged with at the end of the step before the last, plane by plane, N. They are those of the last step that give.
+class EarlierDrag {
+public:
+    explicit EarlierDrag(const InstrumentScratch& own) noexcept : own_(own) {}
+    [[nodiscard]] const Vec3& next() noexcept {
+        while (!(own_.last_presses[at_].give > 0.0)) ++at_;
+        return own_.last_planes[at_++].start_drag;
+    }
+
+private:
+    const InstrumentScratch& own_;
+    std::size_t at_ = 0;
+};
+
+/// Of one side of a place, if its planes push: each where it presses. Returns the first plane of the next side. The tissue is dragged by the mean of two
+/// steps' friction: what moves it turns the next step's round, and each by itself would move it to and fro for good.
+std::size_t find_push(const InstrumentState& now, std::size_t from, EarlierDrag& earlier, WallPush& push) {
     const fem::RodPlane& first = now.planes[from];
     push = WallPush{.node = first.node, .weight = first.weight};
     push.side = first.side;
     std::size_t k = from;
     for (; k < now.planes.size() && are_of_one_side(now.planes[k], first); ++k) {
         const fem::RodPlane& plane = now.planes[k];
+        const Vec3& earlier_drag = earlier.next();
         if (!(plane.force > 0.0) || now.presses[k].triangle == kNoIndex) continue;
         push.force += plane.force * plane.normal;
-        push.drag += plane.drag;
+        push.drag += 0.5 * (plane.drag + earlier_drag);
         const double give = now.presses[k].give;
         if (give > 0.0) push.give = give, push.felt = plane.felt, push.is_rigid = plane.give == 0.0;
         add_press(now.presses[k], plane.force, push);
@@ -102,13 +122,14 @@ void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods)
         count.resize(model.bodies[*wall.host_body].node_give.size(), 0.0);
         const InstrumentState& now = state.instruments[i];
         WallPush push;
+        EarlierDrag earlier(rods.instruments[i]);
         for (std::size_t k = 0; k < now.planes.size();) {
-            k = find_push(now, k, push);
-            if (push.press_count == 0) continue;
-            for (std::size_t k = 0; k < push.press_count; ++k) {
-                for_each_node(wall, push.press[k], [&](Index node, double share) { count[node] += push.share[k] * share; });
-                push.coming += push.share[k] * find_coming(model, model.instruments[i].lumen, push.press[k], state);
+            k = find_push(now, k, earlier, push);
+            for (std::size_t at = 0; at < push.press_count; ++at) {
+                for_each_node(wall, push.press[at], [&](Index node, double share) { count[node] += push.share[at] * share; });
+                push.coming += push.share[at] * find_coming(model, model.instruments[i].lumen, push.press[at], state);
             }
+            if (push.press_count == 0) continue;
             rods.instruments[i].pushes.push_back(push); // reserved
         }
     }
@@ -206,7 +227,7 @@ void carry_planes(const SceneModel& model, std::size_t index, State& state, cons
         plane.felt.setZero();
     }
     for (const WallPush& push : scratch.pushes) {
-        const Vec3 felt = felt_of(push, way_of(push, wall_motion(model, instrument.lumen, state, rods)));
+        const Vec3 felt = felt_of(push, way_of(push, motion_in_step(model, instrument.lumen, state, rods)));
         for (fem::RodPlane& plane : now.planes)
             if (plane.node == push.node && plane.weight == push.weight && plane.side == push.side) plane.felt += felt;
     }
@@ -245,7 +266,7 @@ double find_exchange_gap(const SceneModel& model, std::size_t instrument, const 
     Vec3 gap = Vec3::Zero();
     for (const fem::RodPlane& plane : state.instruments[instrument].planes)
         if (plane.force > 0.0) gap += plane.force * plane.normal + plane.drag;
-    const collision::SurfaceMotion motion = wall_motion(model, lumen, state, rods);
+    const collision::SurfaceMotion motion = motion_in_step(model, lumen, state, rods);
     for (const WallPush& push : rods.instruments[instrument].pushes) gap -= felt_of(push, way_of(push, motion)) + push.drag;
     return std::sqrt(gap.squaredNorm());
 }
