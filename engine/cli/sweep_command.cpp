@@ -281,7 +281,7 @@ int sweep(SweepRequest& request) {
     if (request.retry_failed)
         if (const auto dropped = store.drop_failed(); !dropped) return report_error(dropped.error());
     const int code = request.slurm ? one.submit_array() : one.run();
-    store.drop_packed_parts(); // left by killed workers: while a child of theirs lives it holds them
+    if (const auto packed = store.pack_complete(); !packed) return report_error(packed.error());
     if (request.slurm) return code;
     if (request.table.empty() || code == kExitInterrupted) return code;
     const int collected = one.collect();

@@ -86,6 +86,8 @@ MUTANTS = [
            "kGivenTolerance{.overshoot = 1e-9,", "kGivenTolerance{.overshoot = 1e300,", "engine", "RodInTissue.AStiff*"),
     Mutant("one-sided-planes", "planes are taken from the nearest side alone", "engine/step/instrument/wall_planes.cpp",
            "kSpreads[] = {{0.5, 1}, {0.9, 3},", "kSpreads[] = {{0.9, 3}, {0.9, 3},", "engine", "WallPlanes.ARodThatFits*"),
+    Mutant("friction-without-give", "a wall that gives way does not give way to friction", "fem/rod/rod_contact.hpp",
+           "kStickReach + plane.give * bound", "kStickReach + 0.0 * plane.give * bound", "engine", "AroundSolids.APressComes*"),
     Mutant("facets-left-out", "of tissue that folds around a rod no more facets get planes than of a rigid wall", "engine/step/instrument/wall_planes.cpp",
            "{0.995, kPlanesPerPlace, 2.0, true}", "{0.995, kPlanesPerPlace, 0.0, true}", "engine", "RodInTissue.ACoarse*"),
     Mutant("solids-left-out-of-links", "the wall of the free space rests where the solid moves", "engine/prepare/free_space.cpp",

@@ -134,10 +134,21 @@ Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results)
     return {};
 }
 
-void ResultStore::drop_packed_parts() const {
+Result<void> ResultStore::pack_complete() const {
     const Parts begun = find_begun();
-    for (const auto& [chunk, parts] : begun)
-        if (!parts.empty() && chunk < plan_.chunk_count() && read(chunk, begun).is_packed) remove_left(parts);
+    for (const auto& [chunk, parts] : begun) {
+        if (parts.empty() || chunk >= plan_.chunk_count()) continue;
+        const ChunkResults results = read(chunk, begun);
+        const auto [first, end] = plan_.chunk(chunk);
+        if (results.runs.size() != end - first) continue;
+        if (!results.is_packed)
+            if (auto packed = pack(chunk, results); !packed) return packed.error();
+        for (const fs::path& part : parts) { // an orphan that still writes there has nothing to add
+            std::error_code gone;
+            fs::remove(part, gone);
+        }
+    }
+    return {};
 }
 
 Result<std::size_t> ResultStore::drop_failed() const {

@@ -56,8 +56,8 @@ public:
     [[nodiscard]] ChunkResults read(std::uint64_t chunk, const Parts& begun) const;
     /// All lines of a complete chunk into one file.
     [[nodiscard]] Result<void> pack(std::uint64_t chunk, const ChunkResults& results) const;
-    /// What killed workers left of chunks that are complete: one that is killed between packing and removing. Whoever works keeps its own.
-    void drop_packed_parts() const;
+    /// Packs the chunks that are complete in what killed workers left, and removes what they left of packed ones.
+    [[nodiscard]] Result<void> pack_complete() const;
     /// Drops failed runs, so that they are missing. Not while a worker runs.
     [[nodiscard]] Result<std::size_t> drop_failed() const;
 
