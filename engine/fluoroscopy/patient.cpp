@@ -94,7 +94,7 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         XrayBody& own = bodies_[i];
-        if (own.shell > 0.0) continue;
+        if (own.shell > 0.0 || model.bodies[i].is_free_space) continue;
         const auto host = model.bodies[i].host_body;
         const double around = host && bodies_[*host].shell == 0.0 ? attenuation_of(bodies_[*host].matter) : 0.0;
         if (own.vessel && wall_ > 0.0) own.wall = attenuation_of(spec.wall_matter) - around;
@@ -118,6 +118,7 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
 }
 
 XraySurface XrayPatient::body(const State& state, std::size_t index) const {
+    if (model_.bodies[index].is_free_space) return {};
     return {state.bodies[index].surface, model_.bodies[index].surface.triangles, bodies_[index].attenuation, {}, bodies_[index].shell};
 }
 

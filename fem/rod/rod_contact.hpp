@@ -46,10 +46,10 @@ inline constexpr SearchTolerance kGivenTolerance{.overshoot = 1e-9, .left = 1e-3
 /// m; planes nearer than this are evaluated from the beginning, and what rounding may hide of a gap.
 inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
-/// What a stage's iteration starts with: the forces that the last one ended with.
 /// m; a wall that gives way gives way to friction too.
 [[nodiscard]] inline double stick_reach(const RodPlane& plane, double bound) noexcept { return kStickReach + plane.give * bound; }
 
+/// What a stage's iteration starts with: the forces that the last one ended with.
 /// bound   N, of friction, of the plane's force
 inline void begin_press(RodPlane& plane, RodPress& press, double bound) noexcept {
     press = RodPress();

@@ -4,6 +4,7 @@
 #include "engine/fluoroscopy/matter.hpp"
 #include "engine/fluoroscopy/observation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trocar::engine {
@@ -28,6 +29,27 @@ struct Seen {
         return observe(scope, patient, prepared.model, simulator->state(), 7);
     }
 };
+
+/// The space around solids is nothing to see.
+TEST(Observation, TheFreeSpaceAroundSolidsIsNeitherInThePictureNorInTheDepth) {
+    const std::string ball = R"("ball": {"kind": "deformable", "surface": {"shape": "sphere", "centre": [0, 0, 0], "radius": 30, "subdivisions": 3},
+        "coarse": {"mesher": "lattice", "surface_triangles": 400}})";
+    const auto prepare = [](const std::string& bodies) {
+        return test::prepare(fmt::format(R"({{"name": "seen", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 1}},
+            "budget": "exact", "bodies": {{{}}}, "effects": ["elasticity"]}})", bodies));
+    };
+    const PreparedScene alone = prepare(ball), with = prepare(ball + R"(, "space": {"kind": "static", "hollow": true, "surface": {"around": ["ball"]}})");
+    const FluoroscopySpec spec;
+    const XrayView view = XrayPatient::whole_view(alone.model, make_initial_state(alone.model), {96, 96});
+    EXPECT_EQ(view.detector, XrayPatient::whole_view(with.model, make_initial_state(with.model), {96, 96}).detector);
+    XrayPatient one(spec, alone.model), two(spec, with.model);
+    Fluoroscope a(view), b(view);
+    const State lone = make_initial_state(alone.model), both = make_initial_state(with.model);
+    EXPECT_EQ(a.project(one, lone).attenuation, b.project(two, both).attenuation);
+    EXPECT_EQ(a.depth(one, lone).values, b.depth(two, both).values);
+    const auto seen = a.project(one, lone).attenuation;
+    EXPECT_GT(*std::max_element(seen.begin(), seen.end()), 0.1) << "the ball is in it";
+}
 
 TEST(Observation, TheDeviceMaskIsWhereTheDeviceChangesTheAttenuation) {
     Seen seen;

@@ -13,7 +13,8 @@
 // fast both agree, not on what. It is the wall's own stiffness at the place over the step (BodyModel::node_give), shared out among the places
 // that press on the same nodes. Where the rod is softer than that the planes do not give, u = w (RodPlane::give = 0).
 //
-// Friction: the tissue is dragged by the mean of this step's and the last one's, and the wall gives way to it in the rod's solve by bound / k.
+// Friction: the tissue is dragged by the mean of the look ahead's and of what began the last step; in the rod's solve the wall gives way to it by
+// bound / k.
 #pragma once
 
 #include "engine/step/instrument/instrument_scratch.hpp"
