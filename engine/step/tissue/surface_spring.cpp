@@ -16,6 +16,16 @@ fem::ContactSpring start_spring(const SurfacePush& push, const fem::ContactSprin
     return spring;
 }
 
+/// Vertices of neighbouring triangles hang on the same nodes: each has one entry of a spring.
+void add_entry(const fem::SpringEntry& entry, std::size_t first, std::vector<fem::SpringEntry>& entries) {
+    for (std::size_t k = first; k < entries.size(); ++k)
+        if (entries[k].node == entry.node) {
+            entries[k].g += entry.g;
+            return;
+        }
+    entries.push_back(entry); // reserved
+}
+
 } // namespace
 
 bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, BodiesScratch& bodies) {
@@ -28,7 +38,7 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
             fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);
         for (int n = 0; n < 3; ++n) {
             if (share.node[n] == kNoIndex) continue;
-            springs.entries.push_back({share.node[n], share.force[n]});
+            add_entry({share.node[n], share.force[n]}, spring.first_entry, springs.entries);
             spring.offset -= share.force[n].dot(nodes[share.node[n]]);
         }
     }
