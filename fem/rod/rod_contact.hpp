@@ -12,7 +12,8 @@
 // where the iteration has nearly settled: normal forces far from balance would let friction throw the rod about. A plane touches two
 // neighbouring nodes: the matrix stays a band, O(n) for any number of planes. With torsion the place that slides is on the rod's surface:
 // one cone for what slides along it and around it. A place of the rod that meets another one of it does not roll on it.
-// Nearly all of a rod's planes are out of reach: those farther off than any node has gone since the iteration began are not evaluated.
+// Nearly all of a rod's planes are out of reach: those farther off than any node has gone since the iteration began are not evaluated, and of
+// the others only those that push, have pushed or are met: the rest would add nothing.
 // Deviations: the bound is lagged by an iteration (Tresca's friction, iterated), so that the matrix is symmetric; the rod's tangent and the
 // plane's normal are those of the stage's start.
 #pragma once
@@ -153,7 +154,7 @@ class RodContact {
 public:
     /// twists   the rod has angles, and rolls on what it touches
     RodContact(const RodModel& model, const RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
-               bool twists, RodWorkspace& workspace, std::vector<RodPress>& presses, std::vector<Index>& near) noexcept
+               bool twists, RodWorkspace& workspace, std::vector<RodPress>& presses, RodNear& near) noexcept
         : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), twists_(twists), work_(workspace),
           presses_(presses), near_(near) {
         begin();
@@ -163,8 +164,8 @@ public:
     [[nodiscard]] RodPress& press(std::size_t k) noexcept { return presses_[k]; }
     [[nodiscard]] const RodPress& press(std::size_t k) const noexcept { return presses_[k]; }
 
-    /// Those that may have a force; in their order.
-    [[nodiscard]] std::span<const Index> near() const noexcept { return near_; }
+    /// Those that may have a force, or had one in the last correction; in their order.
+    [[nodiscard]] std::span<const Index> awake() const noexcept { return near_.awake; }
 
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
@@ -182,13 +183,13 @@ public:
     /// changed, N.
     double update(bool bounds) noexcept {
         double change = 0.0;
-        for (const Index k : near_) change = std::max(change, update_press(planes_[k], presses_[k], bounds));
+        for (const Index k : near_.awake) change = std::max(change, update_press(planes_[k], presses_[k], bounds));
         return change;
     }
 
     /// Friction that the last normal forces allow: bounds were those of the iteration before.
     void stay_in_cone() noexcept {
-        for (const Index k : near_) {
+        for (const Index k : near_.awake) {
             RodPlane& plane = planes_[k];
             const double most = bound_of(plane, plane.force), drag = std::sqrt(plane.drag.squaredNorm());
             if (drag > most) plane.drag *= most / drag;
@@ -198,7 +199,7 @@ public:
     /// N, of the normal forces.
     [[nodiscard]] double largest_force() const noexcept {
         double largest = 0.0;
-        for (const Index k : near_) largest = std::max(largest, planes_[k].force);
+        for (const Index k : near_.awake) largest = std::max(largest, planes_[k].force);
         return largest;
     }
 
@@ -211,7 +212,12 @@ public:
 private:
     void begin() noexcept {
         if (presses_.size() < planes_.size()) presses_.resize(planes_.size()); // never shrinks
-        near_.reserve(presses_.capacity());
+        near_.planes.reserve(presses_.capacity());
+        near_.normal.reserve(presses_.capacity());
+        near_.offset.reserve(presses_.capacity());
+        near_.asleep.reserve(presses_.capacity());
+        near_.places.reserve(presses_.capacity());
+        near_.awake.reserve(presses_.capacity());
         const bool own = !planes_.empty() && planes_.front().other != kNoIndex;
         across_ = (own ? kSelfAugmentation : kPressAugmentation) * stiffness_across(model_, dt_, first_);
         softness_ = 1.0 / drive_.contact_stiffness;
@@ -246,18 +252,32 @@ private:
     }
     void list_near(double within) noexcept {
         within_ = within;
-        near_.clear();
+        near_.planes.clear(), near_.normal.clear(), near_.offset.clear(), near_.asleep.clear(), near_.places.clear(); // reserved
         for (std::size_t k = 0; k < planes_.size(); ++k) {
-            const double way = planes_[k].other == kNoIndex ? within : 2.0 * within; // both places go
-            if (presses_[k].force > 0.0 || !(presses_[k].gap > way + kGapRounding)) near_.push_back(static_cast<Index>(k)); // reserved
+            const RodPlane& plane = planes_[k];
+            const double way = plane.other == kNoIndex ? within : 2.0 * within; // both places go
+            if (!(presses_[k].force > 0.0) && presses_[k].gap > way + kGapRounding) continue;
+            const Index at = static_cast<Index>(near_.planes.size());
+            if (at == 0 || !is_of_place(plane, planes_[near_.planes.back()]) || at - near_.places.back().begin == kMostOfSide)
+                near_.places.push_back({at, at, plane.node, plane.other, plane.weight, plane.other_weight});
+            near_.planes.push_back(static_cast<Index>(k));
+            near_.normal.push_back(plane.normal);
+            near_.offset.push_back(plane.offset);
+            near_.asleep.push_back(0);
+            near_.places.back().end = at + 1;
         }
     }
+    /// What one side of a place is pushed by moves as one; planes of a wall that stands push each for itself.
+    [[nodiscard]] static bool is_of_place(const RodPlane& plane, const RodPlane& last) noexcept {
+        return plane.node == last.node && plane.weight == last.weight && plane.other == last.other && plane.other_weight == last.other_weight &&
+               (plane.give > 0.0) == (last.give > 0.0) && (plane.side == last.side || !(plane.give > 0.0));
+    }
 
-    /// From the place that carries it, if one does.
-    [[nodiscard]] static Vec3 point(const RodPlane& plane, const std::vector<Vec3>& position) noexcept {
-        Vec3 place = (1.0 - plane.weight) * position[plane.node] + plane.weight * position[plane.node + 1];
-        if (plane.other != kNoIndex)
-            place -= (1.0 - plane.other_weight) * position[plane.other] + plane.other_weight * position[plane.other + 1];
+    /// From the place that carries it, if one does. Of a plane, or of all planes of a place.
+    template <class AtPlace>
+    [[nodiscard]] static Vec3 point(const AtPlace& at, const std::vector<Vec3>& position) noexcept {
+        Vec3 place = (1.0 - at.weight) * position[at.node] + at.weight * position[at.node + 1];
+        if (at.other != kNoIndex) place -= (1.0 - at.other_weight) * position[at.other] + at.other_weight * position[at.other + 1];
         return place;
     }
     [[nodiscard]] static double mean(const RodPlane& plane, const std::vector<double>& value) noexcept {
@@ -275,17 +295,32 @@ private:
     /// holds(press)
     template <class Holds>
     void evaluate_near(const Holds& holds) noexcept {
-        for (std::size_t from = 0, to = 0; from < near_.size(); from = to) {
-            const RodPlane& first = planes_[near_[from]];
-            to = from + 1;
-            if (first.give > 0.0) {
-                const auto is_of_place = [&](const RodPlane& plane) { return plane.give > 0.0 && plane.node == first.node && plane.weight == first.weight && plane.side == first.side; };
-                while (to < near_.size() && to - from < kMostOfSide && is_of_place(planes_[near_[to]])) ++to;
-                evaluate_place(std::span<const Index>(near_).subspan(from, to - from), holds);
-            } else {
-                evaluate(planes_[near_[from]], presses_[near_[from]], holds(presses_[near_[from]]));
+        near_.awake.clear();
+        for (const RodPlace& place : near_.places) {
+            const Vec3 at = point(place, state_.position);
+            bool any = false;
+            for (Index k = place.begin; k < place.end; ++k) {
+                if (near_.asleep[k] == 0) near_.asleep[k] = is_calm(near_.planes[k]);
+                if (near_.asleep[k] != 0 && !(near_.offset[k] - near_.normal[k].dot(at) > 0.0)) continue;
+                near_.asleep[k] = 0;
+                any = true;
+                if (planes_[near_.planes[k]].give > 0.0) break; // they move as one
+                near_.awake.push_back(near_.planes[k]); // reserved, as below
+                evaluate(planes_[near_.awake.back()], presses_[near_.awake.back()], holds(presses_[near_.awake.back()]));
             }
+            const std::span<const Index> all = std::span<const Index>(near_.planes).subspan(place.begin, place.end - place.begin);
+            if (!any || !(planes_[all.front()].give > 0.0)) continue;
+            std::fill(near_.asleep.begin() + place.begin, near_.asleep.begin() + place.end, std::uint8_t{0});
+            near_.awake.insert(near_.awake.end(), all.begin(), all.end());
+            evaluate_place(all, holds);
         }
+    }
+    /// Nothing is left of it but what its depth will add.
+    [[nodiscard]] bool is_calm(Index k) const noexcept {
+        const RodPress& press = presses_[k];
+        const RodPlane& plane = planes_[k];
+        return !press.pushes && !press.pushed && plane.force == 0.0 && press.force == 0.0 && press.last == 0.0 && press.bounding == 0.0 &&
+               plane.felt.isZero(0.0);
     }
 
     /// Planes of one side of a place at most; more of them are two sides.
@@ -371,8 +406,8 @@ private:
     bool twists_;
     RodWorkspace& work_;
     std::vector<RodPress>& presses_;
-    std::vector<Index>& near_;
-    double within_ = 0.0;   // m, see near()
+    RodNear& near_;
+    double within_ = 0.0;   // m, of RodNear
     double across_ = 0.0;   // N/m, augmentation
     double softness_ = 0.0; // m/N, of what is behind the planes
 };

@@ -131,6 +131,23 @@ struct RodPress {
     Mat3 start_stiffness = Mat3::Zero(), start_shared = Mat3::Zero();
 };
 
+/// Planes of one place of the rod, or of one side of it where its wall gives way.
+struct RodPlace {
+    Index begin = 0, end = 0; // of RodNear
+    Index node = 0, other = kNoIndex;
+    double weight = 0.0, other_weight = 0.0; // as RodPlane has them
+};
+
+/// What of the planes the iteration can have met, and close together in memory what tells whether it pushes: nearly nothing of it does.
+struct RodNear {
+    std::vector<Index> planes;   // in their order
+    std::vector<Vec3> normal;    // [planes]
+    std::vector<double> offset;  // [planes] m
+    std::vector<std::uint8_t> asleep; // [planes] they do not push, have not pushed and did not begin with a force
+    std::vector<RodPlace> places;
+    std::vector<Index> awake; // the others, and all that move as one with them; as they were evaluated last
+};
+
 /// What two places of the rod feel of each other's motion.
 struct RodCoupling {
     Index node = 0, other = 0; // each place lies between this node and the next
@@ -153,7 +170,7 @@ struct RodWorkspace {
     std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
     std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
     std::vector<RodPress> presses, self_presses;       // [planes] at least, [planes of the rod itself] at least
-    std::vector<Index> near_planes, near_self;         // what of them the iteration can have met
+    RodNear near_planes, near_self;
     std::vector<double> remainder, guess, direction, banded, solution; // [coordinates node_count] of conjugate gradients
     std::vector<RodCoupling> couplings;                // of the places of the rod that press on one another
 };

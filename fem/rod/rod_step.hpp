@@ -148,7 +148,7 @@ protected:
         if (!drive_.flow.empty()) add_flow(band);
         add_planes(band);
         work_.couplings.clear();
-        for (const Index k : self_.near()) add_place(band, self_.planes()[k], k);
+        for (const Index k : self_.awake()) add_place(band, self_.planes()[k], k);
         hold_clamped(band);
     }
 
@@ -326,7 +326,7 @@ protected:
     }
 
     void add_planes(Band& band) noexcept {
-        for (const Index k : contact_.near()) {
+        for (const Index k : contact_.awake()) {
             RodPress& press = contact_.press(k);
             press.pushed = press.pushes;
             if (!press.pushes) continue;
@@ -393,7 +393,7 @@ protected:
     void assemble_turns() noexcept {
         contact_.evaluate();
         twist_->assemble();
-        for (const Index k : contact_.near()) {
+        for (const Index k : contact_.awake()) {
             if (!contact_.press(k).pushes) continue;
             const RodPlane& plane = contact_.planes()[k];
             const Vec3 roll = contact_.roll(plane);
@@ -462,7 +462,7 @@ protected:
     void add_contact_power(double part, double& power) noexcept {
         for (RodContact* contact : {&contact_, &self_}) {
             contact->evaluate();
-            for (const Index k : contact->near()) {
+            for (const Index k : contact->awake()) {
                 const RodPress& press = contact->press(k);
                 if (!press.pushes && !press.pushed) continue;
                 const Vec3 moved = moved_at(contact->planes()[k]);
