@@ -76,7 +76,7 @@ void sketch_frontiers(BenchTable& table) {
 Result<BenchTable> bench_price(const BenchOptions& options) {
     BenchTable table;
     std::vector<std::filesystem::path> files{"assets/scenes/two_organs.json", "assets/scenes/heap.json", "assets/scenes/spikes.json",
-                                             "assets/scenes/hepatic.json"};
+                                             "assets/scenes/hepatic.json", "assets/scenes/hepatic_fine.json"};
     if (!options.scene.empty()) files = {options.scene};
     if (options.quick && options.scene.empty()) files = {"assets/scenes/falling_sphere.json"};
     for (const std::filesystem::path& file : files) {
@@ -89,6 +89,7 @@ Result<BenchTable> bench_price(const BenchOptions& options) {
         for (const char* budget : options.quick ? std::span<const char* const>(kQuickBudgets) : std::span<const char* const>(kBudgets))
             cost.budgets.push_back({budget, parse_budget(budget)->limits});
         cost.steps = std::min(options.quick ? kQuickSteps : kSteps, prepared->model.step_count);
+        cost.from = steps_until(scene->cost.from, prepared->model.step_s);
         cost.progress = [&](const std::string& what) { options.progress(scene->name + ": " + what); };
         const auto measured = measure_cost(*prepared, scene->cost, cost);
         if (!measured.ok()) return measured.error();

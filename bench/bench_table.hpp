@@ -25,6 +25,7 @@ struct BenchOptions {
     unsigned threads = 0;                      // 0: one row set with 1 thread and one with every core
     std::filesystem::path json;                // empty: printed only
     std::filesystem::path page;                // empty: none; a page with the table and its plots
+    std::filesystem::path docs;                // empty: none; the folder of benchmarks.md, which then shows what was measured
     std::filesystem::path scene;               // what scene-wide tables run; empty: the hepatic scene of this project
     std::optional<std::filesystem::path> data; // $TROCAR_TEST_DATA where it names a folder
     std::function<void(const std::string&)> progress = [](const std::string&) {}; // what is being measured now

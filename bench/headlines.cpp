@@ -332,13 +332,6 @@ constexpr Maker kMakers[] = {{"deadline", of_deadline},       {"price", of_price
                              {"contacts", of_contacts},       {"chromatic", of_chromatic},   {"seed001", of_seed001},
                              {"image-space", of_image_space}, {"seed004", of_seed004}};
 
-/// A cell of a Markdown table.
-std::string escaped(const std::string& words) {
-    std::string safe;
-    for (const char c : words) safe += c == '|' ? std::string("\\|") : c == '\n' ? std::string(" ") : std::string(1, c);
-    return safe;
-}
-
 } // namespace
 
 std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& table) {
@@ -352,12 +345,18 @@ std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& tab
     return {};
 }
 
+std::string markdown_cell(const std::string& words) {
+    std::string safe;
+    for (const char c : words) safe += c == '|' ? std::string("\\|") : c == '\n' ? std::string(" ") : std::string(1, c);
+    return safe;
+}
+
 std::string headlines_markdown(std::span<const MeasuredBench> measured) {
     std::string page = "| `trocar bench` | what | here | beside it | factor |\n| --- | --- | --- | --- | --- |\n";
     for (const MeasuredBench& one : measured)
         for (const Headline& line : headlines_of(one.bench->name, one.table))
-            page += fmt::format("| `{}` | {} | {} | {}{}{} | {} |\n", one.bench->name, escaped(line.what), escaped(line.here),
-                                escaped(line.beside), line.remark.empty() || line.beside.empty() ? "" : "; ", escaped(line.remark),
+            page += fmt::format("| `{}` | {} | {} | {}{}{} | {} |\n", one.bench->name, markdown_cell(line.what), markdown_cell(line.here),
+                                markdown_cell(line.beside), line.remark.empty() || line.beside.empty() ? "" : "; ", markdown_cell(line.remark),
                                 line.factor ? fmt::format("{:.3g}", *line.factor) : "");
     return page;
 }

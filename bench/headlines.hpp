@@ -22,6 +22,9 @@ struct Headline {
 /// Made of the table's rows alone. Rows that a quick run or a missing peer left out give no line.
 [[nodiscard]] std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& table);
 
+/// Words as a cell of a Markdown table.
+[[nodiscard]] std::string markdown_cell(const std::string& words);
+
 /// All headlines as a table in Markdown, as docs/benchmarks.md shows it.
 [[nodiscard]] std::string headlines_markdown(std::span<const MeasuredBench> measured);
 

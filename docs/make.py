@@ -3,7 +3,7 @@
 
     python3 docs/make.py [--check] [--program build/release/trocar]
 
-Of the program: commands.md, outputs.md, scene.md, sweep.md, the schemas. Of the sources: python_reference.md, cpp_reference.md, the diagram of a step in
+Of the program: commands.md, outputs.md, scene.md, sweep.md, the schemas, and the tables of benchmarks.md from docs/measured. Of the sources: python_reference.md, cpp_reference.md, the diagram of a step in
 architecture.md.
 """
 
@@ -11,8 +11,10 @@ import argparse
 import ast
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -269,7 +271,17 @@ def main():
             sys.exit(f"{options.program} {' '.join(command)}: {ended.stderr.strip()}")
         return ended.stdout
 
-    pages = {"commands.md": lambda: of_program("commands"), "outputs.md": lambda: of_program("outputs"), "scene.md": lambda: of_program("scene"),
+    def benchmarks():
+        """The page as `trocar bench --docs` leaves it: nothing is measured."""
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(DOCS / "benchmarks.md", folder)
+            shutil.copytree(DOCS / "measured", pathlib.Path(folder) / "measured")
+            ended = subprocess.run([options.program, "bench", "--docs", folder], capture_output=True, text=True)
+            if ended.returncode != 0:
+                sys.exit(f"{options.program} bench --docs {folder}: {ended.stderr.strip()}")
+            return (pathlib.Path(folder) / "benchmarks.md").read_text()
+
+    pages = {"benchmarks.md": benchmarks, "commands.md": lambda: of_program("commands"), "outputs.md": lambda: of_program("outputs"), "scene.md": lambda: of_program("scene"),
              "sweep.md": lambda: of_program("sweep"), "../assets/scene.schema.json": lambda: of_program("schema"),
              "../assets/sweep.schema.json": lambda: of_program("schema", "--sweep"),
              "python_reference.md": python_reference, "cpp_reference.md": cpp_reference, "architecture.md": with_diagram}

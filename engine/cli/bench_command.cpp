@@ -1,4 +1,5 @@
 #include "bench/bench.hpp"
+#include "bench/benchmark_page.hpp"
 #include "bench/headlines.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
@@ -76,6 +77,11 @@ int run_all(const BenchRequest& request, ProgressLine& progress) {
     }
     fmt::print("{}", headlines_markdown(measured));
     const BenchOptions& files = request.options;
+    if (!files.docs.empty())
+        for (const MeasuredBench& one : measured)
+            if (const auto kept = keep_measured(files.docs, one.bench->name, one.table); !kept) failed = report_error(kept.error());
+    if (!files.docs.empty())
+        if (const auto written = write_benchmark_page(files.docs); !written) failed = report_error(written.error());
     for (const auto& written : {write_if_named(files.page, [&] { return all_benches_page(measured); }),
                                 write_if_named(files.json, [&] { return json.dump(2) + "\n"; })})
         if (!written) failed = report_error(written.error());
@@ -87,12 +93,18 @@ int run_all(const BenchRequest& request, ProgressLine& progress) {
 /// It prints its own table.
 int run_python(const BenchRequest& request) {
     const BenchOptions& o = request.options;
-    if (!o.json.empty() || !o.page.empty() || !o.scene.empty() || !request.given.empty() || o.threads != 0 || o.large)
+    if (!o.json.empty() || !o.page.empty() || !o.docs.empty() || !o.scene.empty() || !request.given.empty() || o.threads != 0 || o.large)
         return report_error({ErrorCode::BadUsage, "found another option beside `bench python`, expected none but --quick", {}, 0, 0, "bench"});
     return report_error(become_python_bench(o.quick ? std::vector<std::string>{"--quick"} : std::vector<std::string>{}));
 }
 
 int run_bench(BenchRequest& request) {
+    if (!request.options.docs.empty() && request.options.quick)
+        return report_error({ErrorCode::BadUsage, "found --quick beside it, expected the whole table: the page shows what was measured", {}, 0, 0, "--docs"});
+    if (request.name.empty() && !request.options.docs.empty()) {
+        const auto written = write_benchmark_page(request.options.docs);
+        return written ? kExitFine : report_error(written.error());
+    }
     if (request.name.empty()) return list_benches();
     if (request.name == "python") return run_python(request);
     const auto all = benches();
@@ -118,6 +130,10 @@ int run_bench(BenchRequest& request) {
     fmt::print("{}", bench_text(*table));
     WrittenOutputs outputs;
     outputs.note(write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }));
+    if (!request.options.docs.empty()) {
+        outputs.note(keep_measured(request.options.docs, bench->name, *table));
+        outputs.note(write_benchmark_page(request.options.docs));
+    }
     outputs.note(write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; }));
     const std::size_t broken = count_broken(bench->name, *table);
     return outputs.all_there() && broken > 0 ? kExitDiffers : outputs.tell({});
@@ -131,6 +147,10 @@ Command add_bench_command(CLI::App& app) {
     command->add_option("name", request->name, "which table, or all");
     command->add_option("--json", request->options.json, "write the rows to this file");
     command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
+    command
+        ->add_option("--docs", request->options.docs,
+                     "folder of benchmarks.md: what is measured is kept there, and the page's tables are written anew; without a name only that")
+        ->check(CLI::ExistingDirectory);
     command->add_option("--given", request->given,
                         "all: files that `bench NAME --json` wrote, taken as they are instead of measuring those");
     command->add_option("--scene", request->options.scene, "scene for tables that run one");

@@ -79,6 +79,7 @@ void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) cons
 
 AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
     : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), ahead_(model), along_(table.rows.size()) {
+    go_to_start(exact_, options);
     for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
     for (std::size_t k = 0; k < along_.size(); ++k) {
         const CostRow& row = table.rows[k];
@@ -95,8 +96,7 @@ AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost
 bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)>& show) {
     start_ = exact_.state();
     if (!exact_.step().finite) return false;
-    leafless_ = start_;
-    leafless_.solids.touching.clear();
+    leafless_ = without_leaves(start_);
     for (Along& along : along_) {
         const State& from = along.other_trees ? leafless_ : start_;
         if (!along.simulator->restore(from).ok()) return false; // a variant of another size: there is none

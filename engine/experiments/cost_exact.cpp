@@ -48,11 +48,33 @@ SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, cons
     return distance;
 }
 
+State without_leaves(const State& state) {
+    State other = state;
+    other.solids.touching.clear();
+    return other;
+}
+
+std::optional<State> find_start(const SceneModel& model, const CostOptions& options) {
+    if (options.from == 0) return std::nullopt;
+    Simulator simulator(model, BudgetLimits{});
+    for (std::uint64_t k = 0; k < options.from && !options.interrupted(); ++k) {
+        options.progress(fmt::format("exact run to where the compared stretch begins, step {}/{}", k + 1, options.from));
+        if (!simulator.step().finite) break;
+    }
+    return simulator.state();
+}
+
+void go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees) {
+    if (options.start == nullptr) return;
+    [[maybe_unused]] const bool fits = simulator.restore(other_trees ? without_leaves(*options.start) : *options.start).ok(); // of the same sizes
+}
+
 ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {
     ExactRun run;
     run.every = std::max<std::uint64_t>(1, options.steps / states_kept(model));
     std::uint64_t most_pairs = 0;
     Simulator simulator(model, BudgetLimits{});
+    go_to_start(simulator, options);
     for (std::uint64_t k = 0; k < options.steps && !options.interrupted(); ++k) {
         const StepReport& report = simulator.step();
         options.progress(fmt::format("exact run, step {}/{}", k + 1, options.steps));

@@ -3,6 +3,8 @@
 
 #include "engine/experiments/cost_table.hpp"
 
+#include <optional>
+
 namespace trocar::engine {
 
 /// The compared part of a state: surfaces of bodies that move, skins of instruments.
@@ -18,6 +20,17 @@ struct ExactRun {
     std::uint64_t busiest_step = 0;      // in which most pairs of spheres were tested, from 1; 0: no step
     std::string failure;
 };
+
+/// Where the compared stretch begins, of options.from steps without any limit; nothing where that is the scene's start. A run that
+/// fails on the way gives the last good state.
+[[nodiscard]] std::optional<State> find_start(const SceneModel& model, const CostOptions& options);
+
+/// The simulator goes on from options.start.
+/// other_trees   its model's are not the scene's: names of their spheres mean nothing there
+void go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees = false);
+
+/// Without what names leaves of the exact run's trees.
+[[nodiscard]] State without_leaves(const State& state);
 
 /// Without any limit, as the scene says.
 [[nodiscard]] ExactRun run_exactly(const SceneModel& model, const CostOptions& options);

@@ -134,7 +134,9 @@ std::string cost_page(const Scene& scene, CostTable& table, std::span<const Cost
                     "<title>The price of accuracy: {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}: the price "
                     "of accuracy</p>\n"
                     "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run{5}.</p></div>\n",
-                    escape_html(scene.name), kReportStyle, escape_html(headline(table)), count_text(table.steps, "step", "steps"),
+                    escape_html(scene.name), kReportStyle, escape_html(headline(table)),
+                    count_text(table.steps, "step", "steps") +
+                        (table.from > 0 ? fmt::format(" from {:g} s", static_cast<double>(table.from) * scene.time.step) : std::string()),
                     count_text(table.rows.size(), "budget", "budgets"),
                     has_variants(table) ? ", as the scene says and answered other ways; curves over time are the scene's own" : "");
     page += table_html(table);

@@ -92,6 +92,7 @@ std::uint64_t CostParts::key_of(const SceneModel& model, const CostOptions& opti
     BitHash hash;
     hash.add(hash_model(model));
     hash.add(options.steps);
+    hash.add(options.from);
     for (const NamedBudget& budget : options.budgets) hash.add_text(budget.name);
     for (const CostVariant& variant : options.variants) {
         hash.add_text(variant.name);

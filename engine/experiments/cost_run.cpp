@@ -73,9 +73,11 @@ struct OwnRun {
     }
 };
 
-CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of) {
+/// has_other_trees   than the scene's
+CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of, bool has_other_trees) {
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
+    go_to_start(simulator, options, has_other_trees);
     CurveBuilder curve(exact.steps);
     OwnRun own{.step_ms = 1e3 * model.step_s};
     for (std::uint64_t k = 0; k < exact.steps && !options.interrupted(); ++k) {
@@ -101,7 +103,7 @@ constexpr double kLoaded = 1e-12;
 void add_empty_notices(CostTable& table, const SceneModel& model) {
     if (table.steps == 0 || table.interrupted || table.force_rms_n > kLoaded) return;
     const std::string more =
-        model.step_count > table.steps ? fmt::format("; -n {} goes to the end of the scene", model.step_count) : std::string();
+        model.step_count > table.from + table.steps ? fmt::format("; -n {} goes to the end of the scene", model.step_count - table.from) : std::string();
     if (table.touched())
         table.notices.push_back(fmt::format("nothing was loaded: no contact force acts in the {} steps, so errors of forces and of what "
                                             "forces do to surfaces are 0 under any budget{}",
@@ -139,17 +141,31 @@ CostOwnRun find_own_run(const SceneModel& model, const CostOptions& options, con
                         std::vector<std::string>& notices) {
     if (options.parts != nullptr)
         if (auto known = options.parts->own_run(index)) return std::move(*known);
-    CostOwnRun run = run_by_itself(model_of(model, options, row), options, exact, row);
+    const SceneModel& own = model_of(model, options, row);
+    CostOwnRun run = run_by_itself(own, options, exact, row, own.contact.sphere_trees != model.contact.sphere_trees);
     if (options.parts != nullptr && !options.interrupted())
         if (const auto kept = options.parts->keep(index, run); !kept) notices.push_back(kept.error().to_string());
     return run;
 }
+
+/// Options with the state that the compared stretch begins with.
+struct StartedOptions {
+    StartedOptions(const SceneModel& model, const CostOptions& asked) : options(asked), start(find_start(model, asked)) {
+        if (start) options.start = &*start;
+    }
+    StartedOptions(const StartedOptions&) = delete;
+    StartedOptions& operator=(const StartedOptions&) = delete;
+    CostOptions options;
+    std::optional<State> start;
+};
 
 } // namespace
 
 bool CostTable::touched() const noexcept {
     return near_patches > 0 || std::any_of(rows.begin(), rows.end(), [](const CostRow& row) { return row.contacts.reference > 0; });
 }
+
+std::uint64_t steps_until(double time_s, double step_s) noexcept { return static_cast<std::uint64_t>(std::llround(time_s / step_s)); }
 
 std::vector<CostRow> list_rows(const CostOptions& options) {
     std::vector<CostRow> rows;
@@ -167,22 +183,27 @@ std::vector<CostRow> list_rows(const CostOptions& options) {
 
 Result<void> measure_own_run(const PreparedScene& prepared, const CostOptions& options, std::size_t row) {
     std::vector<std::string> notices;
-    const ExactRun exact = find_exact_run(prepared.model, options, notices);
-    [[maybe_unused]] const CostOwnRun run = find_own_run(prepared.model, options, exact, list_rows(options)[row], row, notices);
+    const StartedOptions started(prepared.model, options);
+    const ExactRun exact = find_exact_run(prepared.model, started.options, notices);
+    [[maybe_unused]] const CostOwnRun run = find_own_run(prepared.model, started.options, exact, list_rows(options)[row], row, notices);
     if (!notices.empty()) return Error{ErrorCode::CannotWrite, notices.front()};
     return {};
 }
 
 Result<void> measure_exact_run(const PreparedScene& prepared, const CostOptions& options) {
     std::vector<std::string> notices;
-    [[maybe_unused]] const ExactRun exact = find_exact_run(prepared.model, options, notices);
+    const StartedOptions started(prepared.model, options);
+    [[maybe_unused]] const ExactRun exact = find_exact_run(prepared.model, started.options, notices);
     if (!notices.empty()) return Error{ErrorCode::CannotWrite, notices.front()};
     return {};
 }
 
-Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& cost, const CostOptions& options) {
+Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& cost, const CostOptions& asked) {
     const SceneModel& model = prepared.model;
+    const StartedOptions started(model, asked);
+    const CostOptions& options = started.options;
     CostTable table;
+    table.from = options.from;
     table.model_hash = hash_model(model);
     table.rows = list_rows(options);
     const ExactRun exact = find_exact_run(model, options, table.notices);

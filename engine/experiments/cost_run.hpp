@@ -25,6 +25,9 @@ namespace trocar::engine {
 /// The exact run alone, into the parts.
 [[nodiscard]] Result<void> measure_exact_run(const PreparedScene& prepared, const CostOptions& options);
 
+/// CostOptions::from of a time in seconds.
+[[nodiscard]] std::uint64_t steps_until(double time_s, double step_s) noexcept;
+
 /// Rows of that table, nothing measured yet.
 [[nodiscard]] std::vector<CostRow> list_rows(const CostOptions& options);
 

@@ -75,6 +75,8 @@ struct CostOptions {
     std::vector<NamedBudget> budgets;
     std::vector<CostVariant> variants;
     std::uint64_t steps = 0;
+    std::uint64_t from = 0;       // steps of the exact run before the first of them
+    const State* start = nullptr; // the exact run's state there, which whoever measures finds; null: the scene's start
     std::function<void(const std::string&)> progress = [](const std::string&) {};
     std::function<bool()> interrupted = [] { return false; };
     CostParts* parts = nullptr; // what was finished before is taken from here, and what is finished is kept there; null: nowhere
@@ -88,6 +90,7 @@ struct CostTable {
     std::vector<CostRow> rows;         // as the budgets; then, for every variant, again
     std::uint64_t model_hash = 0;      // hash_model of the scene, as it was prepared
     std::uint64_t steps = 0;           // of the exact run
+    std::uint64_t from = 0;            // that it had taken before
     std::uint64_t compared_states = 0; // at which surfaces were compared
     double tolerance_m = 0.0;
     std::vector<double> patch_m;                 // by body

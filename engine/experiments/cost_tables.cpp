@@ -16,6 +16,7 @@ std::string cost_command_text(const Scene& scene, const CostTable& table) {
     for (const CostRow& row : table.rows)
         if (row.variant.empty()) budgets += (budgets.empty() ? "" : ",") + row.budget.name;
     std::string command = fmt::format("trocar cost {} --budgets {} -n {}", shell_quoted(project_path(scene.file)), shell_quoted(budgets), table.steps);
+    if (table.from > 0) command += fmt::format(" --from {:g}", static_cast<double>(table.from) * scene.time.step);
     for (const std::string& setting : scene.settings) command += setting.starts_with("--") ? " " + setting : " --set " + shell_quoted(setting);
     std::vector<std::string> variants;
     for (const CostRow& row : table.rows)
@@ -114,7 +115,8 @@ Json machine_json() {
 const JsonKey<CostItem> kFileKeys[] = {
     TROCAR_FILE_KEY("scene", "", "The scene's file, relative to its project.", project_path(r.scene.file)),
     TROCAR_FILE_KEY("model_hash", "", "Hash of the prepared scene, hexadecimal: another scene, mesh or preparation has another.", fmt::format("{:016x}", r.table.model_hash)),
-    TROCAR_FILE_KEY("steps", "", "Steps of the exact run.", r.table.steps),
+    TROCAR_FILE_KEY("steps", "", "Steps of the exact run that are compared.", r.table.steps),
+    TROCAR_FILE_KEY("from", "", "Steps that it had taken before the first of them.", r.table.from),
     TROCAR_FILE_KEY("interrupted", "", "true: ended by a request.", r.table.interrupted),
     TROCAR_FILE_KEY("tolerance_m", "m", "Within which solids count as touching.", r.table.tolerance_m),
     TROCAR_FILE_KEY("patch_m", "m", "Size of a surface patch, by body.", patches_json(r)),

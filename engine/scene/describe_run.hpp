@@ -66,6 +66,8 @@ struct CostKeys {
     static auto of(auto& s) {
         return described(
             {"cost", "How the command cost compares contacts under a budget with the exact ones."},
+            key(s.from, number_field("from", Dimension::Time, between(0.0, 1e6),
+                                     "Simulated time at which the compared stretch begins: until then the exact run goes alone, for all.")),
             key(s.patch, number_field("patch", Dimension::Length, above(0.0, 1.0),
                                       "Edge of the cells that a surface is cut into; contacts are the same when their cell is. When "
                                       "absent: four times the surface's mean edge.")),

@@ -237,6 +237,7 @@ struct TimeSpec {
 
 /// How `cost` compares the contacts of two runs.
 struct CostSpec {
+    double from = 0.0;      // s, that the exact run goes alone before anything is compared
     double patch = 0.0;     // m, edge of the cells that a surface at rest is cut into; 0: derived from the surface
     double tolerance = 0.0; // m, solids whose spheres come nearer than this are in contact; 0: the contact margin
 };

@@ -50,6 +50,14 @@ def _spaces(environments: Environments) -> tuple[Any, Any]:
     return observed, spaces.Box(-limits, limits, dtype=np.float32)
 
 
+def _mode_of(autoreset: Any) -> AutoresetMode:
+    """AutoresetMode, its value, or the word that trocar.environments takes."""
+    for mode, word in _MODES.items():
+        if autoreset in (mode, mode.value, word):
+            return mode
+    raise ValueError(f"autoreset: found {autoreset!r}, expected a gymnasium.vector.AutoresetMode, {', '.join(repr(word) for word in _MODES.values())}")
+
+
 def _check_render_mode(mode: Optional[str]) -> None:
     if mode not in (None, "rgb_array"):
         raise ValueError(f"render_mode: found {mode!r}, expected None or 'rgb_array'")
@@ -157,7 +165,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):  # type: ignore[misc]
                  autoreset: Any = AutoresetMode.NEXT_STEP, draw_scene: bool = False, copy: bool = True, render_mode: Optional[str] = None,
                  options: Optional[Options] = None, **changes: Any) -> None:
         _check_render_mode(render_mode)
-        mode = AutoresetMode(autoreset)
+        mode = _mode_of(autoreset)
         self.metadata = {**self.metadata, "autoreset_mode": mode}
         self.num_envs = num_envs
         self.render_mode = render_mode

@@ -164,9 +164,9 @@ TEST(GpuFailure, ALostContextLosesNoContact) {
     if (!has_layered_opengl()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const test::Cloth cloth = test::make_cloth(16, 8, 8);
     const Answer near = search(cloth, CullMethod::None, {}, 96), expected = search(cloth, CullMethod::Cpu, {}, 96);
-    for (const int calls : {0, 1, 2}) { // in the first view, or in a later one
-        const auto lost = tampered([calls](GlApi& gl) {
-            driver.calls_until_lost = calls;
+    for (const int left : {0, 1, 2}) { // in the first view, or in a later one
+        const auto lost = tampered([left](GlApi& gl) {
+            driver.calls_until_lost = left;
             gl.GetGraphicsResetStatus = lose_the_device;
         });
         const Answer answer = search(cloth, CullMethod::Gl, lost, 96);
@@ -174,7 +174,7 @@ TEST(GpuFailure, ALostContextLosesNoContact) {
         EXPECT_THAT(answer.notes, Contains(HasSubstr("context was lost")));
         EXPECT_TRUE(is_subset(answer.left, near.left));
         EXPECT_LE(answer.left.size(), near.left.size());
-        if (calls == 0) {
+        if (left == 0) {
             EXPECT_EQ(answer.left, expected.left);
         }
     }

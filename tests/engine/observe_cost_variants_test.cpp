@@ -132,6 +132,28 @@ TEST_F(Parts, GoOnWhereAMeasurementWasInterrupted) {
     EXPECT_FALSE(std::filesystem::exists(out / "parts"));
 }
 
+/// The compared stretch may begin late: the exact run goes there alone, and every row begins from its state.
+TEST(Cost, FromLaterOnEveryRunBeginsWhereTheExactOneIs) {
+    const PreparedScene prepared = test::prepare(kBoxOnTable);
+    const CostTable whole = *measure_cost(prepared, kCost, options_of({"exact"}, 25));
+    CostOptions options = options_of({"work:0", "exact"}, 10);
+    options.variants.push_back({"same", &prepared.model});
+    options.from = 15;
+    const CostTable late = *measure_cost(prepared, kCost, options);
+    EXPECT_EQ(late.from, 15u);
+    EXPECT_EQ(late.steps, 10u);
+    EXPECT_EQ(late.rows[1].state_hash, whole.rows[0].state_hash) << "15 and 10 steps are 25";
+    EXPECT_EQ(late.rows[3].state_hash, whole.rows[0].state_hash) << "of a variant, too";
+    for (const std::size_t exact : {std::size_t{1}, std::size_t{3}}) {
+        EXPECT_EQ(late.rows[exact].trajectory.hausdorff, 0.0);
+        EXPECT_EQ(late.rows[exact].force_error_rel, 0.0);
+        EXPECT_EQ(late.rows[exact].contacts.missed + late.rows[exact].contacts.spurious, 0u);
+    }
+    EXPECT_GT(late.rows[1].contacts.reference, 0u) << "it lies on the table by then";
+    EXPECT_GT(late.rows[0].curve.front().time_s, 15 * prepared.model.step_s);
+    EXPECT_NE(CostParts::key_of(prepared.model, options), CostParts::key_of(prepared.model, options_of({"work:0", "exact"}, 10)));
+}
+
 TEST_F(Parts, OfAnotherMeasurementOrDamagedAreNotThere) {
     const PreparedScene prepared = test::prepare(kBoxOnTable);
     const CostOptions options = options_of({"exact"}, 4);

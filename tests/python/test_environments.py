@@ -175,6 +175,10 @@ def test_a_mask_resets_some(task):
     for mask in ([1, 0, 1], np.ones(2, dtype=bool)):
         with pytest.raises(ValueError, match="mask"):
             environments.reset(mask=mask)
+    for word, mode in (("next_step", gymnasium.vector.AutoresetMode.NEXT_STEP), ("same_step", gymnasium.vector.AutoresetMode.SAME_STEP)):
+        assert trocar.gym.VectorEnv(task, 2, autoreset=word).metadata["autoreset_mode"] == mode, "the word of trocar.Environments does as well"
+    with pytest.raises(ValueError, match="autoreset: found 'x', expected"):
+        trocar.gym.VectorEnv(task, 2, autoreset="x")
     gym_environments = trocar.gym.VectorEnv(task, 3, autoreset=gymnasium.vector.AutoresetMode.DISABLED)
     first, _ = gym_environments.reset(seed=1)
     gym_environments.step(np.full((3, 1, 2), 10.0))

@@ -163,7 +163,7 @@ TEST_F(SweepPlanTest, TheTableOfManyRunsIsNeverHeldWhole) {
             results.runs[k] = {k, plan.run(k).key, "done", {std::to_string(k), std::string(150, 'x')}, "null"};
         ASSERT_TRUE(store.pack(chunk, results).ok());
     }
-    const long before = peak_memory();
+    [[maybe_unused]] const long before = peak_memory();
     SweepPage page(column_names(plan), plan);
     std::uint64_t expected = 0, bytes = 0;
     const auto table = collect_table(folder / "out", plan, [&](std::uint64_t run, const std::vector<std::string>& row) -> Result<void> {
