@@ -88,13 +88,15 @@ Result<BenchTable> bench_price(const BenchOptions& options) {
         CostOptions cost;
         for (const char* budget : options.quick ? std::span<const char* const>(kQuickBudgets) : std::span<const char* const>(kBudgets))
             cost.budgets.push_back({budget, parse_budget(budget)->limits});
-        cost.steps = std::min(options.quick ? kQuickSteps : kSteps, prepared->model.step_count);
-        cost.from = steps_until(scene->cost.from, prepared->model.step_s);
+        const auto stretch = choose_stretch(prepared->model, scene->cost.from, std::nullopt, options.quick ? kQuickSteps : kSteps);
+        if (!stretch.ok()) return stretch.error();
+        cost.from = stretch->from, cost.steps = stretch->steps;
         cost.progress = [&](const std::string& what) { options.progress(scene->name + ": " + what); };
         const auto measured = measure_cost(*prepared, scene->cost, cost);
         if (!measured.ok()) return measured.error();
         const double exact_ms = measured->rows.back().charged_ms.p50;
         for (const CostRow& row : measured->rows) table.rows.push_back(row_of(scene->name, row, exact_ms));
+        if (measured->from > 0) table.notes.push_back(fmt::format("{}: compared{}", scene->name, start_text(*measured, prepared->model.step_s)));
         for (const std::string& notice : measured->notices) table.notes.push_back(scene->name + ": " + notice);
     }
     sketch_frontiers(table);

@@ -25,7 +25,13 @@ struct Headline {
 /// Words as a cell of a Markdown table.
 [[nodiscard]] std::string markdown_cell(const std::string& words);
 
+struct BenchHeadlines {
+    std::string bench;
+    std::vector<Headline> lines;
+};
+
 /// All headlines as a table in Markdown, as docs/benchmarks.md shows it.
+[[nodiscard]] std::string headlines_markdown(std::span<const BenchHeadlines> benches);
 [[nodiscard]] std::string headlines_markdown(std::span<const MeasuredBench> measured);
 
 } // namespace trocar::engine

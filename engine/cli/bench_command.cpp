@@ -44,6 +44,27 @@ std::size_t count_broken(std::string_view bench, const BenchTable& table) {
     return broken;
 }
 
+/// Kept for docs/benchmarks.md as soon as it is measured: what ends a later one takes nothing away.
+Result<void> show_in_docs(const std::filesystem::path& docs, std::string_view name, const BenchTable& table) {
+    if (docs.empty()) return {};
+    if (auto kept = keep_measured(docs, name, table); !kept) return kept;
+    return write_benchmark_page(docs);
+}
+
+/// The whole of a bench of this program's own scenes is what the page shows: known before anything is measured.
+Result<void> check_docs(const BenchRequest& request) {
+    const BenchOptions& o = request.options;
+    if (o.docs.empty()) return {};
+    const auto refuse = [](const char* found, const char* expected) {
+        return Error{ErrorCode::BadUsage, fmt::format("found {} beside it, expected {}", found, expected), {}, 0, 0, "--docs"};
+    };
+    if (o.quick || !o.scene.empty()) return refuse(o.quick ? "--quick" : "--scene", "the whole table: the page shows what was measured");
+    if (request.name.empty() && (!o.json.empty() || !o.page.empty() || !request.given.empty() || o.threads != 0 || o.large))
+        return refuse("another option and no bench", "a bench's name, or --docs alone");
+    const auto page = make_benchmark_page(o.docs);
+    return page ? Result<void>() : Result<void>(page.error());
+}
+
 /// Every table, one after another. One that cannot be measured is named, and the others are.
 int run_all(const BenchRequest& request, ProgressLine& progress) {
     std::vector<MeasuredBench> measured;
@@ -72,16 +93,12 @@ int run_all(const BenchRequest& request, ProgressLine& progress) {
         }
         table->quick = options.quick;
         table->command = bench_command(bench.name, options);
+        if (const auto shown = show_in_docs(options.docs, bench.name, *table); !shown) failed = report_error(shown.error());
         json.push_back(bench_json(bench.name, *table));
         measured.push_back({&bench, std::move(*table)});
     }
     fmt::print("{}", headlines_markdown(measured));
     const BenchOptions& files = request.options;
-    if (!files.docs.empty())
-        for (const MeasuredBench& one : measured)
-            if (const auto kept = keep_measured(files.docs, one.bench->name, one.table); !kept) failed = report_error(kept.error());
-    if (!files.docs.empty())
-        if (const auto written = write_benchmark_page(files.docs); !written) failed = report_error(written.error());
     for (const auto& written : {write_if_named(files.page, [&] { return all_benches_page(measured); }),
                                 write_if_named(files.json, [&] { return json.dump(2) + "\n"; })})
         if (!written) failed = report_error(written.error());
@@ -99,8 +116,7 @@ int run_python(const BenchRequest& request) {
 }
 
 int run_bench(BenchRequest& request) {
-    if (!request.options.docs.empty() && request.options.quick)
-        return report_error({ErrorCode::BadUsage, "found --quick beside it, expected the whole table: the page shows what was measured", {}, 0, 0, "--docs"});
+    if (const auto fits = check_docs(request); !fits) return report_error(fits.error());
     if (request.name.empty() && !request.options.docs.empty()) {
         const auto written = write_benchmark_page(request.options.docs);
         return written ? kExitFine : report_error(written.error());
@@ -130,10 +146,7 @@ int run_bench(BenchRequest& request) {
     fmt::print("{}", bench_text(*table));
     WrittenOutputs outputs;
     outputs.note(write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }));
-    if (!request.options.docs.empty()) {
-        outputs.note(keep_measured(request.options.docs, bench->name, *table));
-        outputs.note(write_benchmark_page(request.options.docs));
-    }
+    outputs.note(show_in_docs(request.options.docs, bench->name, *table));
     outputs.note(write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; }));
     const std::size_t broken = count_broken(bench->name, *table);
     return outputs.all_there() && broken > 0 ? kExitDiffers : outputs.tell({});
@@ -149,7 +162,8 @@ Command add_bench_command(CLI::App& app) {
     command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
     command
         ->add_option("--docs", request->options.docs,
-                     "folder of benchmarks.md: what is measured is kept there, and the page's tables are written anew; without a name only that")
+                     "folder of benchmarks.md: what is measured, not what is --given, is kept there, and the page's tables are written anew; without a name "
+                     "only that")
         ->check(CLI::ExistingDirectory);
     command->add_option("--given", request->given,
                         "all: files that `bench NAME --json` wrote, taken as they are instead of measuring those");

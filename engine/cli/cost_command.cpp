@@ -17,6 +17,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include <unistd.h>
@@ -34,7 +35,7 @@ struct CostRequest {
     std::string budgets = "0.1ms,1ms,10ms,100ms,exact";
     std::string variants;    // names, separated by commas; empty: none
     std::int64_t steps = -1; // < 0: as the scene says, at most kUsualSteps
-    double from = -1.0;      // s; < 0: as the scene says
+    std::optional<double> from; // s; nothing: as the scene says
     unsigned jobs = 1;       // processes that run at once
     std::int64_t only = -1;  // >= 0: this row's run by itself is measured for another process
     std::int64_t parent = 0; // that process; 0: not said
@@ -125,9 +126,10 @@ public:
             options_.variants.push_back({name, &variants_.back().prepared->model});
         }
         options_.budgets = budgets;
-        options_.from = steps_until(request_.from >= 0.0 ? request_.from : scene_.cost.from, prepared_.model.step_s);
-        const std::uint64_t left = prepared_.model.step_count > options_.from ? prepared_.model.step_count - options_.from : kUsualSteps;
-        options_.steps = request_.steps >= 0 ? static_cast<std::uint64_t>(request_.steps) : std::min(left, kUsualSteps);
+        const std::optional<std::uint64_t> steps = request_.steps >= 0 ? std::optional(static_cast<std::uint64_t>(request_.steps)) : std::nullopt;
+        const auto stretch = choose_stretch(prepared_.model, request_.from.value_or(scene_.cost.from), steps, kUsualSteps);
+        if (!stretch) return stretch.error();
+        options_.from = stretch->from, options_.steps = stretch->steps;
         options_.progress = [this](const std::string& what) {
             progress_.show_now_and_then(what);
             if (pool_) pool_->tick();
@@ -221,8 +223,7 @@ private:
     int finish(CostTable& table, std::span<const CostPicture> pictures, std::size_t rows) {
         const WrittenOutputs outputs = write_pages(out_, scene_, table, pictures, request_.page);
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
-        const std::string from = table.from > 0 ? fmt::format(" from {:g} s", static_cast<double>(table.from) * prepared_.model.step_s) : std::string();
-        fmt::print("{}{} steps each{}, against the exact run   {} {}\n", cost_text(table), table.steps, from, request_.page ? "report" : "table",
+        fmt::print("{}{} steps each{}, against the exact run   {} {}\n", cost_text(table), table.steps, start_text(table, prepared_.model.step_s), request_.page ? "report" : "table",
                    (out_ / (request_.page ? output_name::kReport : output_name::kCost)).string());
         if (outputs.all_there()) parts_->remove(rows); // else --resume writes what is missing without measuring it again
         return table.steps < options_.steps ? kExitNotFinite : outputs.tell(out_);
@@ -289,9 +290,8 @@ Command add_cost_command(CLI::App& app) {
         ->add_option("-n,--steps", request->steps,
                      fmt::format("steps of every run; as the scene says, at most {}, when absent", kUsualSteps))
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
-    command
-        ->add_option("--from", request->from, "simulated seconds that the exact run goes alone, for all, before runs are compared; the scene's cost.from when absent")
-        ->check(CLI::Range(0.0, 1e6));
+    command->add_option("--from", request->from,
+                        "simulated seconds that the exact run goes alone, once for all, before runs are compared; the scene's cost.from when absent");
     command->add_option("--out", request->out, "output folder; out/<scene name>-cost where none is given");
     std::string words;
     for (const VariantWord& word : list_variants()) words += fmt::format("{}{} ({})", words.empty() ? "" : ", ", word.name, word.does);

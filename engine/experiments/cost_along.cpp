@@ -79,7 +79,7 @@ void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) cons
 
 AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
     : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), ahead_(model), along_(table.rows.size()) {
-    go_to_start(exact_, options);
+    (void)go_to_start(exact_, options); // where it does not, the exact run has no step to follow
     for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
     for (std::size_t k = 0; k < along_.size(); ++k) {
         const CostRow& row = table.rows[k];

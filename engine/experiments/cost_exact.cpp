@@ -54,8 +54,7 @@ State without_leaves(const State& state) {
     return other;
 }
 
-std::optional<State> find_start(const SceneModel& model, const CostOptions& options) {
-    if (options.from == 0) return std::nullopt;
+State run_to_start(const SceneModel& model, const CostOptions& options) {
     Simulator simulator(model, BudgetLimits{});
     for (std::uint64_t k = 0; k < options.from && !options.interrupted(); ++k) {
         options.progress(fmt::format("exact run to where the compared stretch begins, step {}/{}", k + 1, options.from));
@@ -64,9 +63,8 @@ std::optional<State> find_start(const SceneModel& model, const CostOptions& opti
     return simulator.state();
 }
 
-void go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees) {
-    if (options.start == nullptr) return;
-    [[maybe_unused]] const bool fits = simulator.restore(other_trees ? without_leaves(*options.start) : *options.start).ok(); // of the same sizes
+bool go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees) {
+    return options.start == nullptr || simulator.restore(other_trees ? without_leaves(*options.start) : *options.start).ok();
 }
 
 ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {
@@ -74,7 +72,10 @@ ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {
     run.every = std::max<std::uint64_t>(1, options.steps / states_kept(model));
     std::uint64_t most_pairs = 0;
     Simulator simulator(model, BudgetLimits{});
-    go_to_start(simulator, options);
+    if (!go_to_start(simulator, options)) {
+        run.failure = kForeignStart;
+        return run;
+    }
     for (std::uint64_t k = 0; k < options.steps && !options.interrupted(); ++k) {
         const StepReport& report = simulator.step();
         options.progress(fmt::format("exact run, step {}/{}", k + 1, options.steps));

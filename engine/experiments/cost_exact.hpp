@@ -3,8 +3,6 @@
 
 #include "engine/experiments/cost_table.hpp"
 
-#include <optional>
-
 namespace trocar::engine {
 
 /// The compared part of a state: surfaces of bodies that move, skins of instruments.
@@ -21,13 +19,13 @@ struct ExactRun {
     std::string failure;
 };
 
-/// Where the compared stretch begins, of options.from steps without any limit; nothing where that is the scene's start. A run that
-/// fails on the way gives the last good state.
-[[nodiscard]] std::optional<State> find_start(const SceneModel& model, const CostOptions& options);
+/// Where the compared stretch begins: options.from steps without any limit. A run that fails on the way gives the last good state.
+[[nodiscard]] State run_to_start(const SceneModel& model, const CostOptions& options);
 
-/// The simulator goes on from options.start.
+/// The simulator goes on from options.start. False: that is no state of its model, and it has not moved.
 /// other_trees   its model's are not the scene's: names of their spheres mean nothing there
-void go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees = false);
+[[nodiscard]] bool go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees = false);
+inline constexpr const char* kForeignStart = "the state at which the compared stretch begins is not of this model";
 
 /// Without what names leaves of the exact run's trees.
 [[nodiscard]] State without_leaves(const State& state);

@@ -1,6 +1,7 @@
 // The page of `cost`: the accuracy that each budget gave up, as a table and as curves.
 #include "engine/experiments/cost_page.hpp"
 
+#include "engine/experiments/cost_run.hpp"
 #include "engine/report/build_facts.hpp"
 #include "engine/report/html.hpp"
 #include "engine/report/places.hpp"
@@ -135,8 +136,7 @@ std::string cost_page(const Scene& scene, CostTable& table, std::span<const Cost
                     "of accuracy</p>\n"
                     "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run{5}.</p></div>\n",
                     escape_html(scene.name), kReportStyle, escape_html(headline(table)),
-                    count_text(table.steps, "step", "steps") +
-                        (table.from > 0 ? fmt::format(" from {:g} s", static_cast<double>(table.from) * scene.time.step) : std::string()),
+                    count_text(table.steps, "step", "steps") + start_text(table, scene.time.step),
                     count_text(table.rows.size(), "budget", "budgets"),
                     has_variants(table) ? ", as the scene says and answered other ways; curves over time are the scene's own" : "");
     page += table_html(table);

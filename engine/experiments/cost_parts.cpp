@@ -4,6 +4,7 @@
 #include "engine/io/file_bytes.hpp"
 #include "engine/state/bit_hash.hpp"
 #include "engine/state/byte_stream.hpp"
+#include "engine/state/state_bytes.hpp"
 #include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "trocar exact run 1\n";
+constexpr std::string_view kMagic = "trocar exact run 1\n", kStartMagic = "trocar start of a comparison 1\n";
 
 /// Written and read by the same calls.
 template <class Stream, class Run>
@@ -110,6 +111,25 @@ Result<void> CostParts::make_folder() const {
     return {};
 }
 
+std::optional<State> CostParts::start(const SceneModel& model) const {
+    const auto bytes = read_file_bytes(start_file());
+    if (!bytes || !bytes->starts_with(kStartMagic)) return std::nullopt;
+    ByteReader in(std::string_view(*bytes).substr(kStartMagic.size()));
+    std::uint64_t key = 0;
+    in.number(key);
+    if (!in.ok() || key != key_) return std::nullopt;
+    auto state = read_state(model, std::string_view(*bytes).substr(kStartMagic.size() + sizeof(key)));
+    return state ? std::optional(std::move(*state)) : std::nullopt;
+}
+
+Result<void> CostParts::keep_start(const State& state) const {
+    if (auto made = make_folder(); !made) return made;
+    std::string bytes(kStartMagic);
+    ByteWriter(bytes).number(key_);
+    append_state(state, bytes);
+    return write_file_atomically(start_file(), bytes);
+}
+
 std::optional<ExactRun> CostParts::exact_run() const {
     const auto bytes = read_file_bytes(exact_file());
     if (!bytes || !bytes->starts_with(kMagic)) return std::nullopt;
@@ -158,6 +178,7 @@ std::size_t CostParts::count(std::size_t rows) const {
 
 void CostParts::remove(std::size_t rows) const {
     std::error_code ignored;
+    std::filesystem::remove(start_file(), ignored);
     std::filesystem::remove(exact_file(), ignored);
     for (std::size_t row = 0; row < rows; ++row) std::filesystem::remove(row_file(row), ignored);
     std::filesystem::remove(folder_, ignored); // stays where it is not empty

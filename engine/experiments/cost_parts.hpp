@@ -17,9 +17,11 @@ public:
     [[nodiscard]] static std::uint64_t key_of(const SceneModel& model, const CostOptions& options);
 
     /// Nothing where it is not there, of another key, or damaged.
+    [[nodiscard]] std::optional<State> start(const SceneModel& model) const; // of CostOptions::from
     [[nodiscard]] std::optional<ExactRun> exact_run() const;
     [[nodiscard]] std::optional<CostOwnRun> own_run(std::size_t row) const;
     /// fails  CannotWrite
+    [[nodiscard]] Result<void> keep_start(const State& state) const;
     [[nodiscard]] Result<void> keep(const ExactRun& run) const;
     [[nodiscard]] Result<void> keep(std::size_t row, const CostOwnRun& run) const;
     /// How many parts of this key are there.
@@ -30,6 +32,7 @@ public:
     void remove(std::size_t rows) const;
 
 private:
+    [[nodiscard]] std::filesystem::path start_file() const { return folder_ / "start.bin"; }
     [[nodiscard]] std::filesystem::path exact_file() const { return folder_ / "exact.bin"; }
     [[nodiscard]] std::filesystem::path row_file(std::size_t row) const;
     std::filesystem::path folder_;

@@ -77,7 +77,10 @@ struct OwnRun {
 CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of, bool has_other_trees) {
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
-    go_to_start(simulator, options, has_other_trees);
+    if (!go_to_start(simulator, options, has_other_trees)) {
+        row.failure = kForeignStart;
+        return row;
+    }
     CurveBuilder curve(exact.steps);
     OwnRun own{.step_ms = 1e3 * model.step_s};
     for (std::uint64_t k = 0; k < exact.steps && !options.interrupted(); ++k) {
@@ -148,6 +151,16 @@ CostOwnRun find_own_run(const SceneModel& model, const CostOptions& options, con
     return run;
 }
 
+/// From the parts, or found and kept there; nothing where the compared stretch begins with the scene.
+std::optional<State> find_start(const SceneModel& model, const CostOptions& options) {
+    if (options.from == 0) return std::nullopt;
+    if (options.parts != nullptr)
+        if (auto known = options.parts->start(model)) return known;
+    State start = run_to_start(model, options);
+    if (options.parts != nullptr && !options.interrupted()) (void)options.parts->keep_start(start); // else whoever needs it finds it again
+    return start;
+}
+
 /// Options with the state that the compared stretch begins with.
 struct StartedOptions {
     StartedOptions(const SceneModel& model, const CostOptions& asked) : options(asked), start(find_start(model, asked)) {
@@ -165,7 +178,23 @@ bool CostTable::touched() const noexcept {
     return near_patches > 0 || std::any_of(rows.begin(), rows.end(), [](const CostRow& row) { return row.contacts.reference > 0; });
 }
 
-std::uint64_t steps_until(double time_s, double step_s) noexcept { return static_cast<std::uint64_t>(std::llround(time_s / step_s)); }
+Result<CostStretch> choose_stretch(const SceneModel& model, double from_s, std::optional<std::uint64_t> steps, std::uint64_t usual) {
+    constexpr double kLatest = 1e6; // s
+    const auto refuse = [&](const std::string& expected) {
+        return Error{ErrorCode::BadValue, fmt::format("found {:g} s, expected {}", from_s, expected), {}, 0, 0, "cost.from, or --from"};
+    };
+    if (!(from_s >= 0.0 && from_s <= kLatest)) return refuse(fmt::format("0 to {:g} s", kLatest));
+    CostStretch stretch;
+    stretch.from = static_cast<std::uint64_t>(std::llround(from_s / model.step_s));
+    if (!steps && stretch.from >= model.step_count)
+        return refuse(fmt::format("less than the {:g} s that the scene lasts, or a number of steps (-n)", static_cast<double>(model.step_count) * model.step_s));
+    stretch.steps = steps ? *steps : std::min(model.step_count - stretch.from, usual);
+    return stretch;
+}
+
+std::string start_text(const CostTable& table, double step_s) {
+    return table.from > 0 ? fmt::format(" from {:g} s", static_cast<double>(table.from) * step_s) : std::string();
+}
 
 std::vector<CostRow> list_rows(const CostOptions& options) {
     std::vector<CostRow> rows;
@@ -182,6 +211,7 @@ std::vector<CostRow> list_rows(const CostOptions& options) {
 }
 
 Result<void> measure_own_run(const PreparedScene& prepared, const CostOptions& options, std::size_t row) {
+    if (options.parts != nullptr && options.parts->own_run(row)) return {};
     std::vector<std::string> notices;
     const StartedOptions started(prepared.model, options);
     const ExactRun exact = find_exact_run(prepared.model, started.options, notices);

@@ -10,6 +10,8 @@
 #include "engine/experiments/cost_table.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace trocar::engine {
@@ -25,8 +27,17 @@ namespace trocar::engine {
 /// The exact run alone, into the parts.
 [[nodiscard]] Result<void> measure_exact_run(const PreparedScene& prepared, const CostOptions& options);
 
-/// CostOptions::from of a time in seconds.
-[[nodiscard]] std::uint64_t steps_until(double time_s, double step_s) noexcept;
+/// CostOptions::from and steps.
+struct CostStretch {
+    std::uint64_t from = 0, steps = 0;
+};
+/// from_s   s
+/// steps    nothing: to the scene's end, at most `usual`
+/// fails    BadValue: no such time; or at the scene's end or beyond, where no number of steps is asked for
+[[nodiscard]] Result<CostStretch> choose_stretch(const SceneModel& model, double from_s, std::optional<std::uint64_t> steps, std::uint64_t usual);
+
+/// " from 15 s", where the compared stretch does not begin with the scene.
+[[nodiscard]] std::string start_text(const CostTable& table, double step_s);
 
 /// Rows of that table, nothing measured yet.
 [[nodiscard]] std::vector<CostRow> list_rows(const CostOptions& options);

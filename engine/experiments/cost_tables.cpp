@@ -16,7 +16,7 @@ std::string cost_command_text(const Scene& scene, const CostTable& table) {
     for (const CostRow& row : table.rows)
         if (row.variant.empty()) budgets += (budgets.empty() ? "" : ",") + row.budget.name;
     std::string command = fmt::format("trocar cost {} --budgets {} -n {}", shell_quoted(project_path(scene.file)), shell_quoted(budgets), table.steps);
-    if (table.from > 0) command += fmt::format(" --from {:g}", static_cast<double>(table.from) * scene.time.step);
+    if (table.from > 0 || scene.cost.from > 0.0) command += fmt::format(" --from {}", static_cast<double>(table.from) * scene.time.step);
     for (const std::string& setting : scene.settings) command += setting.starts_with("--") ? " " + setting : " --set " + shell_quoted(setting);
     std::vector<std::string> variants;
     for (const CostRow& row : table.rows)

@@ -1,12 +1,17 @@
 // The short version of the benches: made of their rows, with nothing where a row or a peer is missing.
 #include "bench/bench.hpp"
+#include "bench/benchmark_page.hpp"
 #include "bench/headlines.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/io/file_bytes.hpp"
 #include "engine/prepare/process.hpp"
+#include "engine/time/date.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <utility>
 
 namespace trocar::engine {
 namespace {
@@ -185,6 +190,88 @@ TEST(Headlines, InMarkdownAreOneLineEach) {
     EXPECT_NE(text.find("| 99.95 |"), std::string::npos) << text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);
     EXPECT_NE(all_benches_page(measured).find("99.95"), std::string::npos);
+}
+
+const std::string kEmptyPage = "before\n<!-- headlines: written by trocar bench --docs -->\nold\n<!-- end of headlines -->\nbetween\n"
+                               "<!-- runs: written by trocar bench --docs -->\n<!-- end of runs -->\n"
+                               "<!-- literature: written by trocar bench --docs -->\n<!-- end of literature -->\nafter\n";
+
+/// A folder with a page and what two benches measured.
+struct Docs {
+    Docs() {
+        write("benchmarks.md", kEmptyPage);
+        EXPECT_TRUE(keep_measured(folder->path(), "deadline", table_of(R"json([{"budget_ms": 1, "kept_where_it_fits": 0.9995, "own_ms_p999": 0.9}])json")).ok());
+        EXPECT_TRUE(keep_measured(folder->path(), "literature", table_of(R"json([{"case": "elastica", "quantity": "tip", "source": "by shooting", "reference": 0.7,
+            "reference_is": "quoted", "sizes": [8, 32], "measured": [0.72, 0.71], "order": 2.0, "stated_size": 32, "error": 0.01, "met": false, "why_missed": "it bends"},
+            {"case": "elastica", "quantity": "side", "source": "by shooting", "reference": 0.2, "sizes": [8], "measured": [0.2], "order": null, "met": true}])json")).ok());
+    }
+    void write(const std::filesystem::path& name, const std::string& text) const { ASSERT_TRUE(write_file_atomically(folder->path() / name, text).ok()); }
+    [[nodiscard]] std::string read(const std::filesystem::path& name) const { return *read_file_bytes(folder->path() / name); }
+    Result<TemporaryFolder> folder = TemporaryFolder::make();
+};
+
+TEST(BenchmarkPage, IsMadeOfWhatWasMeasuredAndAllElseStays) {
+    const Docs docs;
+    ASSERT_TRUE(write_benchmark_page(docs.folder->path()).ok());
+    const std::string page = docs.read("benchmarks.md");
+    EXPECT_EQ(page.find("old"), std::string::npos);
+    EXPECT_NE(page.find("| 99.95 |"), std::string::npos) << page;
+    EXPECT_NE(page.find("| elastica (by shooting) | tip | 0.7, quoted | 8: 0.72, **32**: 0.71 | 2.0 | 0.01 | no: it bends |\n|  | side | 0.2 | 8: 0.2 |  | 0 | yes |\n"),
+              std::string::npos);
+    EXPECT_NE(page.find("| `trocar bench deadline` | " + today() + " |"), std::string::npos) << "command and date of each";
+    ASSERT_TRUE(write_benchmark_page(docs.folder->path()).ok());
+    EXPECT_EQ(docs.read("benchmarks.md"), page) << "again, it is the same";
+    for (const char* kept : {"before\n", "between\n", "after\n"}) EXPECT_NE(page.find(kept), std::string::npos);
+}
+
+/// Every value of a kept file in turn becomes something else: there is a page, or an error and no page.
+TEST(BenchmarkPage, OfDamagedFilesIsWholeOrNotWritten) {
+    const Docs docs;
+    const nlohmann::ordered_json others[] = {nullptr, true, 3, -1e300, "text", nlohmann::ordered_json::array(), nlohmann::ordered_json::object(),
+                                             nlohmann::ordered_json::array({1, "x", nullptr}), nlohmann::ordered_json::parse(R"json({"avx512": false})json")};
+    std::size_t refused = 0, written = 0;
+    for (const char* name : {"measured/deadline.json", "measured/literature.json"}) {
+        const std::string whole = docs.read(name);
+        const auto flat = nlohmann::ordered_json::parse(whole).flatten();
+        std::vector<std::string> places{""};
+        for (const auto& [place, value] : flat.items())
+            for (std::size_t at = place.size(); at != 0; at = place.rfind('/', at - 1))
+                if (std::find(places.begin(), places.end(), place.substr(0, at)) == places.end()) places.push_back(place.substr(0, at));
+        for (const std::string& place : places)
+            for (const auto& other : others) {
+                auto json = nlohmann::ordered_json::parse(whole);
+                json[nlohmann::ordered_json::json_pointer(place)] = other;
+                docs.write(name, json.dump());
+                docs.write("benchmarks.md", kEmptyPage);
+                const bool ok = write_benchmark_page(docs.folder->path()).ok();
+                ++(ok ? written : refused);
+                EXPECT_EQ(docs.read("benchmarks.md") == kEmptyPage, !ok) << place << " " << other.dump();
+            }
+        docs.write(name, whole.substr(0, whole.size() / 2));
+        EXPECT_FALSE(write_benchmark_page(docs.folder->path()).ok()) << "cut off";
+        docs.write(name, whole);
+    }
+    EXPECT_GT(refused, 50u);
+    EXPECT_GT(written, 50u);
+}
+
+TEST(BenchmarkPage, IsRefusedWhereThereIsNothingToMakeItOf) {
+    const Docs docs;
+    const auto refuses = [&](const char* says) {
+        const auto written = write_benchmark_page(docs.folder->path());
+        EXPECT_TRUE(!written.ok() && written.error().to_string().find(says) != std::string::npos) << says;
+    };
+    docs.write("benchmarks.md", "<!-- end of headlines -->\n<!-- headlines: written by trocar bench --docs -->\n");
+    refuses("found no table \"headlines\"");
+    docs.write("benchmarks.md", kEmptyPage);
+    std::filesystem::remove_all(docs.folder->path() / "measured");
+    refuses("found nothing measured");
+    EXPECT_EQ(docs.read("benchmarks.md"), kEmptyPage);
+    std::filesystem::remove(docs.folder->path() / "benchmarks.md");
+    refuses("benchmarks.md");
+    BenchTable quick = table_of("[]");
+    quick.quick = true;
+    EXPECT_FALSE(keep_measured(docs.folder->path(), "fem", quick).ok()) << "a part is no figure to show";
 }
 
 } // namespace

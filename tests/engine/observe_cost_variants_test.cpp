@@ -1,11 +1,15 @@
 // The price of accuracy, with other variants; parts of a measurement that outlive its process.
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/cost_parts.hpp"
+#include "engine/experiments/cost_run.hpp"
 #include "engine/experiments/cost_variants.hpp"
 #include "observe_fixture.hpp"
 #include "step_fixture.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <limits>
+#include <random>
 
 namespace trocar::engine {
 namespace {
@@ -152,6 +156,65 @@ TEST(Cost, FromLaterOnEveryRunBeginsWhereTheExactOneIs) {
     EXPECT_GT(late.rows[1].contacts.reference, 0u) << "it lies on the table by then";
     EXPECT_GT(late.rows[0].curve.front().time_s, 15 * prepared.model.step_s);
     EXPECT_NE(CostParts::key_of(prepared.model, options), CostParts::key_of(prepared.model, options_of({"work:0", "exact"}, 10)));
+}
+
+/// The way to where the compared stretch begins is gone once, whoever needs the state and however often it is interrupted.
+TEST_F(Parts, KeepWhereTheComparedStretchBegins) {
+    const PreparedScene prepared = test::prepare(kBoxOnTable);
+    CostOptions options = options_of({"work:0", "exact"}, 6);
+    options.from = 9;
+    const CostTable alone = *measure_cost(prepared, kCost, options);
+    CostParts parts(out / "parts", CostParts::key_of(prepared.model, options));
+    options.parts = &parts;
+    std::size_t ways = 0;
+    options.progress = [&](const std::string& what) { ways += what.find("begins, step 1/") != std::string::npos; };
+    ASSERT_TRUE(measure_exact_run(prepared, options).ok());
+    ASSERT_TRUE(measure_own_run(prepared, options, 0).ok());
+    EXPECT_EQ(ways, 1u);
+    const CostTable shared = *measure_cost(prepared, kCost, options);
+    EXPECT_EQ(ways, 1u);
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(shared.rows[k].state_hash, alone.rows[k].state_hash);
+        EXPECT_EQ(shared.rows[k].force_error_rel, alone.rows[k].force_error_rel);
+        EXPECT_EQ(shared.rows[k].trajectory.sum_sq, alone.rows[k].trajectory.sum_sq);
+    }
+    const std::string bytes = *read_file_bytes(out / "parts" / "start.bin");
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{20}, std::size_t{40}, bytes.size() / 2, bytes.size() - 1}) {
+        std::ofstream(out / "parts" / "start.bin", std::ios::binary) << bytes.substr(0, kept);
+        EXPECT_FALSE(parts.start(prepared.model).has_value()) << kept << " bytes of " << bytes.size();
+    }
+    parts.remove(2);
+    EXPECT_FALSE(std::filesystem::exists(out / "parts"));
+}
+
+TEST(Cost, TheComparedStretchLiesWithinTheSceneUnlessStepsAreAskedFor) {
+    const PreparedScene prepared = test::prepare(kBoxOnTable); // 200 steps of 5 ms
+    const SceneModel& model = prepared.model;
+    std::mt19937_64 random(33);
+    for (int k = 0; k < 200; ++k) {
+        const std::uint64_t step = std::uniform_int_distribution<std::uint64_t>(0, 2 * model.step_count)(random), usual = 1 + random() % 300;
+        const double from = static_cast<double>(step) * model.step_s;
+        const auto chosen = choose_stretch(model, from, std::nullopt, usual);
+        ASSERT_EQ(chosen.ok(), step < model.step_count) << step;
+        if (chosen) {
+            EXPECT_EQ(chosen->from, step) << "a time that was written comes back as its step";
+            EXPECT_EQ(chosen->steps, std::min(usual, model.step_count - step));
+        }
+        EXPECT_EQ(choose_stretch(model, from, usual, 1)->steps, usual);
+    }
+    for (const double from : {-1.0, 1e7, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+        EXPECT_FALSE(choose_stretch(model, from, 10, 10).ok()) << from;
+}
+
+TEST(Cost, TheCommandThatRepeatsATableBeginsWhereItDid) {
+    Scene scene = scene_of(kBoxOnTable);
+    scene.cost.from = 0.5;
+    CostTable table;
+    EXPECT_NE(cost_command_text(scene, table).find(" --from 0 "), std::string::npos) << "else the scene's own would hold";
+    table.from = 123457;
+    EXPECT_NE(cost_command_text(scene, table).find(" --from 617.285 "), std::string::npos) << cost_command_text(scene, table);
+    scene.cost.from = 0.0, table.from = 0;
+    EXPECT_EQ(cost_command_text(scene, table).find("--from"), std::string::npos);
 }
 
 TEST_F(Parts, OfAnotherMeasurementOrDamagedAreNotThere) {

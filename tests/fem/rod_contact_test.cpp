@@ -67,6 +67,66 @@ TEST(RodContact, PlanesThatAreReachedOnlyWithinAnIterationHold) {
     }
 }
 
+/// Planes that are not evaluated, for nothing is met there, would have added nothing: with `felt` a plane is always evaluated, and where its wall
+/// stands it says nothing else.
+TEST(RodContact, EvaluatingEveryPlaneGivesTheSameBits) {
+    std::mt19937_64 random(36);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    std::size_t pressed = 0, met = 0, let_go = 0;
+    for (int k = 0; k < 60; ++k) {
+        RodDesign design = test::bare_design(0.08, 2e-3);
+        design.radius = between(0.25e-3, 1e-3);
+        design.young_modulus = std::pow(10.0, between(6.5, 9.3)); // Pa
+        design.torsion = k % 2 == 0;
+        const RodModel model = make_rod_model(design).value();
+        RodDrive drive;
+        drive.port = {Vec3::Zero(), Vec3::UnitZ()};
+        drive.insertion = 0.05;
+        drive.friction = k % 3 == 0 ? 0.0 : between(0.0, 0.5);
+        drive.gravity = Vec3(between(-20, 20), between(-20, 20), 0.0);
+        RodState state, other;
+        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        other = state;
+        std::vector<RodPlane> planes, all;
+        RodWorkspace workspace, other_workspace;
+        for (int step = 0; step < 12; ++step) {
+            if (step % 4 == 0) { // the wall's planes are made anew; some go on with the forces of those before
+                const std::vector<RodPlane> last = planes;
+                planes.clear();
+                for (Index node = first_inserted_node(model, state.insertion); node + 1 < model.node_count(); ++node)
+                    for (int side = static_cast<int>(between(0.0, 6.0)); side > 0; --side) {
+                        const double turn = between(0.0, 6.28), weight = side % 2 == 0 ? 0.5 : 1.0;
+                        RodPlane plane{.node = node, .weight = weight, .normal = Vec3(std::cos(turn), std::sin(turn), 0.0)};
+                        plane.offset = plane.normal.dot((1.0 - weight) * state.position[node] + weight * state.position[node + 1]) - between(-2e-5, 8e-4);
+                        if (!last.empty()) plane.force = plane.start_force = last[random() % last.size()].force;
+                        planes.push_back(plane);
+                    }
+                all = planes;
+                for (RodPlane& plane : all) plane.felt = Vec3(1e-30, 0.0, 0.0);
+            }
+            drive.insertion += between(-2e-4, 3e-4);
+            drive.rotation += between(-0.2, 0.2);
+            const std::vector<RodPlane> before = planes;
+            const RodReport one = solve_rod(model, state, 0.01, 1, drive, planes, workspace);
+            const RodReport two = solve_rod(model, other, 0.01, 1, drive, all, other_workspace);
+            ASSERT_EQ(one.iterations, two.iterations) << k << " " << step;
+            ASSERT_EQ(state.position, other.position) << k << " " << step;
+            ASSERT_EQ(state.velocity, other.velocity);
+            ASSERT_EQ(state.angle, other.angle);
+            for (std::size_t p = 0; p < planes.size(); ++p) {
+                ASSERT_EQ(planes[p].force, all[p].force);
+                ASSERT_EQ(planes[p].drag, all[p].drag);
+                pressed += planes[p].force > 0.0;
+                met += planes[p].force > 0.0 && !(before[p].force > 0.0);
+                let_go += before[p].force > 0.0 && !(planes[p].force > 0.0);
+            }
+        }
+    }
+    std::printf("%zu presses, %zu met, %zu let go\n", pressed, met, let_go);
+    EXPECT_GT(met, 100u);
+    EXPECT_GT(let_go, 100u);
+}
+
 /// A rod is pushed against facets of a wall that gives way as one, whatever they look along, however much it gives, and whatever it pushed with:
 /// they push where they touch, pull nowhere, and the wall has gone by give (felt - sum of what they push with).
 TEST(RodContact, FacetsOfAPlaceThatGivesPushWhereTheyTouchAndNowhereElse) {
