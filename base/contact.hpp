@@ -58,6 +58,11 @@ struct Contact {
     double bary_a[2] = {1.0, 0.0};                       // weights of feature_a's vertices
     double bary_b[3] = {1.0, 0.0, 0.0};                  // weights of feature_b's vertices
     Vec3 force = Vec3::Zero();                           // N, on a, mean over the step; 0 where nothing measures it
+
+    /// Two vertices of either: an edge of a crosses an edge of b.
+    [[nodiscard]] constexpr bool between_edges() const noexcept {
+        return feature_a[1] != kNoIndex && feature_b[1] != kNoIndex && feature_b[2] == kNoIndex;
+    }
 };
 
 /// Neither of the two is an instrument.

@@ -157,6 +157,31 @@ void measure_weights(const std::vector<std::string>& meshers, const std::vector<
         }
 }
 
+/// A beam across a wall that is narrower than the beam is long, and longer than it is wide: no corner of either is over the other.
+void measure_crossing(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    for (const std::string& mesher : meshers)
+        for (const double step : steps) {
+            LawScene scene;
+            scene.step = step;
+            scene.gravity = {0, 0, -9.81};
+            scene.bodies = body("beam", box_at({0.003, 0.002, 0.0102}, {0.1, 0.02, 0.02}, 1), 500.0, 0.1, 5.0, mesher) +
+                           fmt::format(R"(, "wall": {{"kind": "static", "surface": {}}})", box_at({0, 0, -0.02}, {0.03, 0.2, 0.04}, 1));
+            const PreparedScene prepared = prepare_law(scene);
+            Simulator simulator(prepared.model);
+            const double weight = 9.81 * prepared.model.bodies[0].tissue->mass;
+            double sum = 0.0, deepest = 0.0;
+            int count = 0;
+            for (int k = 0; k < static_cast<int>(1.7 / step); ++k) {
+                const StepReport& report = simulator.step();
+                if (report.time_s < 1.5) continue;
+                sum += report.solid_force_n, ++count;
+                deepest = std::max(deepest, report.deepest_touch_m);
+            }
+            rows.push_back({"edges across edges carry the weight", "of the weight", 1.0, sum / count / weight, 0.01, setting_of(mesher, step)});
+            rows.push_back({"and do not sink", "mm", 0.0, 1e3 * deepest, 0.01, setting_of(mesher, step)});
+        }
+}
+
 /// m/s^2 down a slope, and m that it went in the first half of the time; see OnASlope in test_engine
 std::pair<double, double> slide_down(double tangent, double friction, double step, double seconds) {
     LawScene scene;
@@ -229,6 +254,7 @@ std::vector<LawRow> measure_solid_laws(bool quick) {
     measure_impacts(meshers, steps, rows);
     measure_planes(quick ? steps : std::vector<double>{1e-3, 1e-2}, rows);
     measure_weights(meshers, steps, rows);
+    measure_crossing(meshers, quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
     for (const std::string& mesher : meshers)
         for (const double step : quick ? std::vector<double>{1e-2} : std::vector<double>{1e-3, 5e-3, 1e-2}) press_a_ball(mesher, step, rows);
     measure_slopes(quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);

@@ -1,12 +1,58 @@
 #include "engine/prepare/nested.hpp"
 
 #include "base/inside.hpp"
+#include "engine/prepare/body_pairs.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace trocar::engine {
+
+namespace {
+
+/// m; surfaces that are laid on one another do so to the digits of their files.
+constexpr double kLaidOn = 1e-6;
+
+struct Overlap {
+    std::size_t vertices = 0;
+    double depth = 0.0; // m
+};
+
+/// Adds the vertices of a surface that lie in another body.
+void add_overlap(const std::vector<Vec3>& vertices, const Box3& where, const InsideTest& other, Overlap& overlap) {
+    for (const Vec3& v : vertices) {
+        if (!where.contains(v) || !other.inside(v)) continue;
+        const auto way_out = other.tree().closest(v);
+        if (!way_out || !(way_out->distance > kLaidOn)) continue;
+        ++overlap.vertices;
+        overlap.depth = std::max(overlap.depth, way_out->distance);
+    }
+}
+
+/// A note at the first of two solids that lie partly in one another.
+void note_overlaps(const std::vector<Box3>& boxes, PreparedScene& prepared) {
+    const std::vector<BodyModel>& bodies = prepared.model.bodies;
+    std::vector<std::optional<InsideTest>> inside(bodies.size());
+    const auto inside_of = [&](std::size_t i) -> const InsideTest& {
+        if (!inside[i]) inside[i].emplace(bodies[i].surface);
+        return *inside[i];
+    };
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+        for (std::size_t k = i + 1; k < bodies.size(); ++k) {
+            if (!boxes[i].overlaps(boxes[k]) || !are_solid_pair(prepared.model, i, k)) continue;
+            Overlap overlap;
+            if (bodies[k].closed) add_overlap(bodies[i].surface.vertices, boxes[k], inside_of(k), overlap);
+            if (bodies[i].closed) add_overlap(bodies[k].surface.vertices, boxes[i], inside_of(i), overlap);
+            if (overlap.vertices > 0)
+                prepared.bodies[i].notes.push_back(
+                    fmt::format("overlaps {} at the start by up to {:.3g} mm ({} vertices): contact parts the two slowly, which is no load of theirs",
+                                bodies[k].name, 1e3 * overlap.depth, overlap.vertices));
+        }
+}
+
+} // namespace
 
 void find_nested(PreparedScene& prepared) {
     const std::vector<BodyModel>& bodies = prepared.model.bodies;
@@ -28,6 +74,7 @@ void find_nested(PreparedScene& prepared) {
             prepared.bodies[i].notes.push_back(fmt::format("starts wholly inside {}: the two do not touch one another", bodies[k].name));
         }
     std::sort(prepared.model.nested.begin(), prepared.model.nested.end());
+    note_overlaps(boxes, prepared);
 }
 
 } // namespace trocar::engine

@@ -76,9 +76,11 @@ struct SolidContact {
     /// m; above 0 it is no place: the budget left what is between the two bodies, and they are held as wholes. Approach ends within so much.
     double room = 0.0;
 
-    /// Of the place on the first body and of the second body.
+    /// Of the place on the first body and of the second body; where edges cross, of that one's edge too.
     [[nodiscard]] auto key() const noexcept {
-        return std::tuple(touch.a, touch.b, touch.feature_a[0], touch.feature_a[1], room > 0.0);
+        const bool edges = touch.between_edges();
+        return std::tuple(touch.a, touch.b, touch.feature_a[0], touch.feature_a[1], room > 0.0, edges ? touch.feature_b[0] : kNoIndex,
+                          edges ? touch.feature_b[1] : kNoIndex);
     }
 };
 

@@ -91,7 +91,8 @@ bool contact_fits(const SceneModel& model, const SolidContact& contact) {
     if (a == b ? !touches_itself(model, a) : !are_solid_pair(model, a, b)) return false;
     const std::size_t own = model.bodies[a].surface.vertices.size(), other = model.bodies[b].surface.vertices.size();
     return touch.feature_a[0] < own && is_id(touch.feature_a[1], own) &&
-           std::all_of(touch.feature_b, touch.feature_b + 3, [&](Index v) { return v < other; }) && is_finite(touch.point) &&
+           touch.feature_b[0] < other && touch.feature_b[1] < other && (touch.between_edges() || touch.feature_b[2] < other) &&
+           is_finite(touch.point) &&
            is_finite(touch.normal) && is_finite(touch.force) && is_finite(contact.warm) && std::isfinite(touch.gap) &&
            std::isfinite(contact.recovery) && std::isfinite(contact.room) && std::isfinite(touch.bary_a[0] + touch.bary_a[1]) &&
            std::isfinite(touch.bary_b[0] + touch.bary_b[1] + touch.bary_b[2]);

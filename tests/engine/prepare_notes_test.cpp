@@ -94,5 +94,19 @@ TEST(PreparationNotes, NameASolidThatStartsWhollyInsideAnother) {
     EXPECT_THAT(notes_of(20, "static"), Not(Contains(HasSubstr("inside")))) << "neither ever moves";
 }
 
+TEST(PreparationNotes, SayHowFarTwoSolidsOverlapAtTheStart) {
+    const auto notes_at = [](double gap) {
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
+            "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact"], "bodies": {{
+            "block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, {}], "extent": [20, 20, 20], "cells": 2}}}},
+            "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [100, 100, 10], "cells": 2}}}}}}}})",
+                                                                 10.0 + gap));
+        return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
+    };
+    EXPECT_THAT(notes_at(-1.5), Contains(HasSubstr("overlaps table at the start by up to 1.5 mm (10 vertices)")));
+    EXPECT_THAT(notes_at(0.0), Not(Contains(HasSubstr("overlaps")))) << "it is laid on the table";
+    EXPECT_THAT(notes_at(0.5), Not(Contains(HasSubstr("overlaps"))));
+}
+
 } // namespace
 } // namespace trocar::engine

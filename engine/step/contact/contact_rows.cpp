@@ -131,7 +131,9 @@ void make_rows(const SceneModel& model, const State& state, ContactScratch& scra
         ContactRow row;
         row.a = make_side(model, {touch.a.index(), std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)}, state,
                           scratch);
-        row.b = make_side(model, {touch.b.index(), touch.feature_b, touch.bary_b}, state, scratch);
+        const std::size_t there = touch.between_edges() ? 2 : 3;
+        row.b = make_side(model, {touch.b.index(), std::span(touch.feature_b).first(there), std::span(touch.bary_b).first(there)}, state,
+                          scratch);
         row.normal = touch.normal;
         row.gap = touch.gap;
         row.recovery = contact.recovery;

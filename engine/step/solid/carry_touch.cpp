@@ -53,12 +53,12 @@ std::optional<Contact> carry_touch(const OneWay& way, const Contact& touch) {
     Vec3 place = touch.bary_a[0] * own[touch.feature_a[0]];
     if (touch.feature_a[1] != kNoIndex) place += touch.bary_a[1] * own[touch.feature_a[1]];
     Contact now = touch;
-    const Index start = adjacency.vertex_begin.empty() ? kNoIndex : find_face(adjacency, triangles, touch.feature_b);
+    const Index start = adjacency.vertex_begin.empty() || touch.between_edges() ? kNoIndex : find_face(adjacency, triangles, touch.feature_b);
     const double margin = way.model.contact.margin;
     if (way.own == way.other || start == kNoIndex || touch.gap < -margin) {
         const std::vector<Vec3>& there = way.surface(way.other);
         now.point.setZero();
-        for (std::size_t k = 0; k < 3; ++k) now.point += touch.bary_b[k] * there[touch.feature_b[k]];
+        for (std::size_t k = 0; k < (touch.between_edges() ? 2u : 3u); ++k) now.point += touch.bary_b[k] * there[touch.feature_b[k]];
         now.gap = now.normal.dot(place - now.point);
     } else {
         const SurfacePoint at = walk(way, adjacency, start, place);

@@ -39,6 +39,12 @@ SurfaceAdjacency make_adjacency(const collision::SurfaceTopology& topology) {
     return out;
 }
 
+Index find_edge(const collision::SurfaceTopology& topology, Index v0, Index v1) noexcept {
+    const collision::Edge wanted{std::min(v0, v1), std::max(v0, v1)};
+    const auto found = std::lower_bound(topology.edges.begin(), topology.edges.end(), wanted);
+    return found != topology.edges.end() && *found == wanted ? static_cast<Index>(found - topology.edges.begin()) : kNoIndex;
+}
+
 NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
                           std::span<const Vec3> positions) noexcept {
     NormalCone cone;
@@ -53,13 +59,16 @@ NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<T
 
 NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index v0, Index v1,
                         std::span<const Vec3> positions) noexcept {
-    const collision::Edge wanted{std::min(v0, v1), std::max(v0, v1)};
-    const auto found = std::lower_bound(topology.edges.begin(), topology.edges.end(), wanted);
+    const Index edge = find_edge(topology, v0, v1);
+    return edge == kNoIndex ? NormalCone{} : cone_of_edge(adjacency, topology, edge, positions);
+}
+
+NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index edge,
+                        std::span<const Vec3> positions) noexcept {
     NormalCone cone;
-    if (found == topology.edges.end() || *found != wanted) return cone;
     Vec3 normal[2];
     std::size_t count = 0;
-    for (const Index face : adjacency.edge_faces[static_cast<std::size_t>(found - topology.edges.begin())])
+    for (const Index face : adjacency.edge_faces[edge])
         if (face != kNoIndex) normal[count++] = face_normal(topology.triangles[face], positions);
     cone.axis = spheretree::direction_of(count == 2 ? Vec3(normal[0] + normal[1]) : normal[0]);
     for (std::size_t k = 0; k < count; ++k) cone.cosine = std::min(cone.cosine, cone.axis.dot(normal[k]));

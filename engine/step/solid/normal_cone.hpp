@@ -27,6 +27,9 @@ struct SurfaceAdjacency {
 };
 [[nodiscard]] SurfaceAdjacency make_adjacency(const collision::SurfaceTopology& topology);
 
+/// Of the topology's edges; kNoIndex: there is none between the two vertices.
+[[nodiscard]] Index find_edge(const collision::SurfaceTopology& topology, Index v0, Index v1) noexcept;
+
 /// Directions around an axis.
 struct NormalCone {
     Vec3 axis = Vec3::UnitX(); // unit
@@ -36,6 +39,9 @@ struct NormalCone {
 /// positions [vertex_count] m
 [[nodiscard]] NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
                                         std::span<const Vec3> positions) noexcept;
+/// edge   its index, or its two vertices
+[[nodiscard]] NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index edge,
+                                      std::span<const Vec3> positions) noexcept;
 [[nodiscard]] NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index v0, Index v1,
                                       std::span<const Vec3> positions) noexcept;
 

@@ -15,8 +15,6 @@ namespace {
 constexpr double kSameSide = 0.5;
 /// Cosine. They look away from each other: the vertex is past the middle.
 constexpr double kFarSide = -0.5;
-/// m; paths that come no nearer than this touch nothing.
-constexpr double kOnSurface = 1e-9;
 /// Pieces of the way out that are looked at one after another, so that a slanting way does not look at all of a body.
 constexpr int kPieces = 16;
 /// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.

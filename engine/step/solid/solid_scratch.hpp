@@ -28,6 +28,19 @@ struct ProbedSphere {
 struct Piercing {
     Index v0 = 0, v1 = 0; // v0 < v1
     double s = 0.0;       // [0, 1] from v0
+    Index face = 0;
+};
+
+/// Edges of a closed body's surface that are convex and sharp, by the leaf that has them (edge_touch.hpp).
+struct SharpEdges {
+    std::vector<Index> leaf_begin; // [sphere_count + 1]
+    std::vector<Index> edge;       // [sharp edges] of the topology
+    std::vector<Index> leaf_of;    // [edge_count] kNoIndex: it is not sharp
+
+    [[nodiscard]] bool has(Index e) const { return e != kNoIndex && leaf_of[e] != kNoIndex; }
+    [[nodiscard]] std::span<const Index> beneath(Index leaf) const {
+        return std::span(edge).subspan(leaf_begin[leaf], leaf_begin[leaf + 1] - leaf_begin[leaf]);
+    }
 };
 
 /// What a vertex meets of its own surface.
@@ -58,6 +71,7 @@ struct SolidBodyScratch {
     double thickness = 0.0;                          // m, of those that something can touch: extent along the thinnest axis, at rest
     InsideTest inside;                               // of closed ones: depths of contacts
     SurfaceAdjacency adjacency;                      // of the same
+    SharpEdges sharp;                                // of the same
 };
 
 struct SolidScratch {
@@ -76,6 +90,7 @@ struct SolidScratch {
     std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
     std::vector<Piercing> piercings[2];
+    std::vector<Box3> edge_boxes;              // of the leaf in hand
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<LeafPair> touching_before;     // and of its leaf pairs
     std::vector<std::uint8_t> looked;          // [meeting] the surfaces of these two are looked at in this step

@@ -4,6 +4,7 @@
 #include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/contact_response.hpp"
+#include "engine/step/solid/edge_touch.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/choose_surfaces.hpp"
 #include "engine/step/solid/solid_touch.hpp"
@@ -41,6 +42,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
         for (Index s = 0; s < tree.sphere_count(); ++s)
             if (tree.is_leaf(s))
                 for (const Index t : tree.items_of(s)) solids.bodies[i].leaf_of_triangle[t] = s;
+        solids.bodies[i].sharp = find_sharp_edges(model.bodies[i], solids.bodies[i].adjacency, solids.bodies[i].leaf_of_triangle);
     }
     solids.entries_before.reserve(vertices);
     solids.contacts_before.reserve(vertices);

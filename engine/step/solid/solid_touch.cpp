@@ -3,6 +3,7 @@
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid/carry_touch.hpp"
 #include "engine/step/solid/choose_surfaces.hpp"
+#include "engine/step/solid/edge_touch.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_probe.hpp"
@@ -195,7 +196,7 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
             way.solids.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index face) {
                 const Triangle& f = other.surface.triangles[face];
                 if (seen_there[f[0]] == kInside || seen_there[f[1]] == kInside || seen_there[f[2]] == kInside) return;
-                if (const double s = pierce(at[v0], at[v1], {faces[f[0]], faces[f[1]], faces[f[2]]}); s >= 0.0) out.push_back({v0, v1, s});
+                if (const double s = pierce(at[v0], at[v1], {faces[f[0]], faces[f[1]], faces[f[2]]}); s >= 0.0) out.push_back({v0, v1, s, face});
             });
         }
     return out.size() > before;
@@ -215,13 +216,38 @@ void list_all_piercings(const OneWay& way, std::span<LeafPair> pairs, bool own_i
     }
 }
 
+/// The edge of a surface between two of its faces; kNoIndex: they have none in common.
+Index find_edge_between(const collision::SurfaceTopology& topology, Index face_a, Index face_b) {
+    for (const Index edge : topology.triangle_edges[face_a])
+        for (const Index there : topology.triangle_edges[face_b])
+            if (edge != kNoIndex && edge == there) return edge;
+    return kNoIndex;
+}
+
+/// An edge goes in by one face and out by the next one, round a sharp edge of the other body: the two cross there. Seen before as a pair of
+/// edges, it is listed already. False: the middle of what lies inside has to do.
+bool touch_where_edges_cross(const OneWay& way, std::size_t first_touch, const Piercing& in, const Piercing& out) {
+    if (cross_there(way.solids, first_touch, way.own, in.v0, in.v1)) return true;
+    const Index theirs = find_edge_between(way.model.bodies[way.other].topology, in.face, out.face);
+    if (!way.solids.bodies[way.other].sharp.has(theirs)) return false;
+    const Index mine = find_edge(way.model.bodies[way.own].topology, in.v0, in.v1);
+    const bool turned = way.own > way.other; // an edge of the lower body comes first
+    const OneWay ordered{way.model, way.state, way.solids, way.report, std::min(way.own, way.other), std::max(way.own, way.other), way.entries};
+    const Index a = turned ? theirs : mine, b = turned ? mine : theirs;
+    const auto found = place_edges(ordered, a, b);
+    if (!found || found->gap > 0.0) return false;
+    way.solids.touches.push_back(make_edge_touch(ordered, a, b, *found));
+    return true;
+}
+
 /// Edges that go through the other body with both ends outside: the middle of what lies inside.
-void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
+void probe_edges(const OneWay& way, std::size_t first_touch, std::vector<Piercing>& piercings) {
     std::sort(piercings.begin(), piercings.end(),
               [](const Piercing& x, const Piercing& y) { return std::tie(x.v0, x.v1, x.s) < std::tie(y.v0, y.v1, y.s); });
     for (std::size_t k = 1; k < piercings.size(); ++k) {
         const Piercing &in = piercings[k - 1], &out = piercings[k];
         if (in.v0 != out.v0 || in.v1 != out.v1 || !(out.s > in.s)) continue;
+        if (touch_where_edges_cross(way, first_touch, in, out)) continue;
         const double middle = 0.5 * (in.s + out.s);
         const VertexProbe probe{{in.v0, in.v1}, {1.0 - middle, middle}};
         add_edge_touch(way, probe);
@@ -229,8 +255,8 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
 }
 
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
-/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
-/// bodies; the entries of what is dropped, from `first_entry` on, go with it.
+/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices and edges of two bodies; the
+/// entries of the vertices that are dropped, from `first_entry` on, go with them.
 void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, State& state, SolidScratch& solids) {
     std::vector<SolidEntry>& listed = state.solids.entries;
     if (first_pressed == solids.pressed.size()) return;
@@ -241,6 +267,14 @@ void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t
     for (std::size_t k = first_pressed; k < solids.pressed.size(); ++k) {
         const Contact& touch = solids.touches[solids.pressed[k]];
         back += direction_of(touch);
+        if (touch.between_edges()) { // all that the two wedges have in common
+            Box3 wedges;
+            wedges.add(touch.point);
+            wedges.add(touch.point + touch.gap * touch.normal);
+            wedges.inflate(-touch.gap);
+            among.add(wedges);
+            continue;
+        }
         among.add(touch.point);
         among.add(state.bodies[touch.a.index()].surface[touch.feature_a[0]]);
     }
@@ -249,6 +283,7 @@ void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t
         const Contact& touch = solids.touches[k];
         const bool is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed] == k;
         if (!is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point)) {
+            if (touch.feature_a[1] != kNoIndex) continue; // of an edge
             const auto key = SolidEntry{touch.a.index(), touch.b.index(), touch.feature_a[0]}.key();
             const auto from = listed.begin() + static_cast<std::ptrdiff_t>(first_entry);
             listed.erase(std::remove_if(from, listed.end(), [&](const SolidEntry& entry) { return entry.key() == key; }), listed.end());
@@ -280,7 +315,8 @@ bool take_batch(const SceneModel& model, std::size_t& next, SolidScratch& solids
     account.settle();
     for (; next < solids.waiting.size(); ++next) {
         const LeafPair& pair = solids.waiting[next];
-        const std::uint64_t units = leaf_units(model, pair.a, pair.leaf_a, solids) + leaf_units(model, pair.b, pair.leaf_b, solids);
+        const std::uint64_t units = leaf_units(model, pair.a, pair.leaf_a, solids) + leaf_units(model, pair.b, pair.leaf_b, solids) +
+                                    edge_units(solids.bodies[pair.a].sharp, pair.leaf_a, solids.bodies[pair.b].sharp, pair.leaf_b);
         if (!(solids.batch.empty() ? account.take(units) : account.take_more(units))) break;
         solids.bodies[pair.a].sphere_seen[pair.leaf_a] |= kGranted;
         solids.bodies[pair.b].sphere_seen[pair.leaf_b] |= kGranted;
@@ -320,6 +356,8 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         if (first) probe_entries(from_b);
         list_all_piercings(from_a, solids.batch, true, of_a);
         list_all_piercings(from_b, solids.batch, false, of_b);
+        if (first) touch_edges_before(from_a);
+        for (LeafPair& pair : solids.batch) touch_edges(from_a, pair);
         solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
     }
     account.settle();
@@ -328,9 +366,9 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
         report.unproven_solids += !(all_of_a && all_of_b);
     }
+    probe_edges(from_a, first_touch, of_a);
+    probe_edges(from_b, first_touch, of_b);
     drop_opposing(first_touch, first_entry, first_pressed, state, solids);
-    probe_edges(from_a, of_a);
-    probe_edges(from_b, of_b);
 }
 
 /// The same of a body with itself, all of them or none.
@@ -353,6 +391,18 @@ void touch_own(const SceneModel& model, const State& state, std::size_t body, st
     solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
 }
 
+/// Two edges that crossed in the last step beneath leaves that the budget left in this one; those that touched were looked at (touch_edges_before).
+bool is_left_edge(const SceneModel& model, const Contact& touch, const SolidScratch& solids) {
+    if (is_touching(touch)) return false;
+    const auto leaf_of = [&](const Thing& thing, const Index* vertices) {
+        const Index edge = find_edge(model.bodies[thing.index()].topology, vertices[0], vertices[1]);
+        return edge == kNoIndex ? kNoIndex : solids.bodies[thing.index()].sharp.leaf_of[edge];
+    };
+    const LeafPair pair{touch.a.index(), touch.b.index(), leaf_of(touch.a, touch.feature_a), leaf_of(touch.b, touch.feature_b)};
+    if (pair.leaf_a == kNoIndex || pair.leaf_b == kNoIndex) return false;
+    return std::none_of(solids.done_pairs.begin(), solids.done_pairs.end(), [&](const LeafPair& done) { return done.key() == pair.key(); });
+}
+
 /// What pressed between two bodies, where this step did not look: it goes on, and what was in stays in.
 /// looked   some of their leaves were, and vertex_seen tells which vertices
 void carry_touches(const SceneModel& model, State& state, std::size_t a, std::size_t b, bool looked, SolidScratch& solids, StepReport& report) {
@@ -360,7 +410,9 @@ void carry_touches(const SceneModel& model, State& state, std::size_t a, std::si
     for (const SolidContact& place : solids.contacts_before) {
         const Contact& touch = place.touch;
         if (!is_between(touch.a.index(), touch.b.index()) || touch.origin != ContactOrigin::Proximity) continue;
-        if (looked && solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen) continue;
+        if (looked && (touch.between_edges() ? !is_left_edge(model, touch, solids)
+                                             : solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen))
+            continue;
         const OneWay way{model, state, solids, report, touch.a.index(), touch.b.index(), state.solids.entries};
         const std::optional<Contact> now = carry_touch(way, touch);
         if (!now) continue;

@@ -5,6 +5,7 @@
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "engine/step/solid/surface_travel.hpp"
+#include "fem/tissue/integrate.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +87,9 @@ SharedMotion find_common_motion(const SceneModel& model, const State& state, con
 
 /// What is known of a body's next step: where its path takes it, and by how much that differs from the last one, as falling flesh does
 /// by gravity. Of how flesh is pushed nothing is known.
-void look_ahead(const SceneModel& model, std::size_t i, const State& state, const std::optional<Vec3>& gravity, SolidBodyScratch& scratch) {
+/// starts   there was no step: what it is thrown with is news
+void look_ahead(const SceneModel& model, std::size_t i, const State& state, const std::optional<Vec3>& gravity, bool starts,
+                SolidBodyScratch& scratch) {
     const double h = model.step_s, now = state.time + h; // the state's time is that of the step's start
     scratch.coming = scratch.change = Vec3::Zero();
     if (model.bodies[i].motion == Motion::Kinematic) {
@@ -97,13 +100,17 @@ void look_ahead(const SceneModel& model, std::size_t i, const State& state, cons
     } else if (model.bodies[owner_of(model, i)].tissue && gravity) {
         scratch.change = h * h * *gravity;
     }
+    if (const std::size_t owner = owner_of(model, i); starts && model.bodies[owner].tissue) {
+        const fem::TissueModel& tissue = *model.bodies[owner].tissue;
+        scratch.change += (h / tissue.mass) * fem::find_momentum(tissue, state.bodies[owner].tissue).linear;
+    }
 }
 
 } // namespace
 
-void update_solid_trees(const SceneModel& model, const State& state, const std::optional<Vec3>& gravity, SolidScratch& solids) {
+void update_solid_trees(const SceneModel& model, const State& state, const std::optional<Vec3>& gravity, SolidScratch& solids, bool starts) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (can_touch_any(model, i) && model.bodies[i].moves()) look_ahead(model, i, state, gravity, solids.bodies[i]);
+        if (can_touch_any(model, i) && model.bodies[i].moves()) look_ahead(model, i, state, gravity, starts, solids.bodies[i]);
     const SharedMotion common = find_common_motion(model, state, solids);
     solids.shared = common.last;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {

@@ -16,6 +16,9 @@ inline constexpr double kFacing = -0.2;
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 inline constexpr double kNoWay = 1e-9;
 
+/// m; paths that come no nearer than this touch nothing.
+inline constexpr double kOnSurface = 1e-9;
+
 /// Do the two surfaces touch there at the step's end, or have they pressed on one another in it?
 [[nodiscard]] inline bool is_touching(const Contact& touch) noexcept { return touch.gap <= 0.0 || !touch.force.isZero(0.0); }
 

@@ -1,0 +1,225 @@
+#include "engine/step/solid/edge_touch.hpp"
+
+#include "collision/ccd/sweep.hpp"
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/touch_rules.hpp"
+#include "engine/step/tissue/surface_place.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Cosine between two faces, beyond which their edge is sharp.
+constexpr double kSharpEdge = 0.94;
+/// Sine; edges that are more nearly parallel have no place where they cross: their ends meet faces.
+constexpr double kLeastSine = 0.05;
+/// rad; of an edge's own cone. On the rim of a flat face the common normal lies on the cone's side.
+constexpr double kCosineOfSide = 0.995, kSineOfSide = 0.09987;
+/// Pairs of edges whose boxes are compared for one unit.
+constexpr std::uint64_t kEdgePairsPerUnit = 8;
+
+/// One edge over the step.
+struct Path {
+    Vec3 t0[2], t1[2]; // m
+};
+
+Path path_of(const OneWay& way, std::size_t body, Index edge) {
+    const collision::Edge& v = way.model.bodies[body].topology.edges[edge];
+    const std::span<const Vec3> before = way.surface_t0(body);
+    const std::vector<Vec3>& now = way.surface(body);
+    return {{before[v[0]], before[v[1]]}, {now[v[0]], now[v[1]]}};
+}
+
+/// m; farthest way of the edge in the step, beyond what all solids share.
+double way_of(const OneWay& way, const Path& path) {
+    return std::max((path.t1[0] - path.t0[0] - way.shared()).norm(), (path.t1[1] - path.t0[1] - way.shared()).norm());
+}
+
+/// What it sweeps in the step, and as far again as it came.
+Box3 box_of(const OneWay& way, const Path& path) {
+    Box3 box;
+    for (int k : {0, 1}) {
+        box.add(path.t0[k] + way.shared());
+        box.add(path.t1[k]);
+    }
+    box.inflate(0.5 * (way.model.contact.margin + way.known_change()) + way_of(way, path));
+    return box;
+}
+
+bool lies_in(const NormalCone& cone, const Vec3& direction) {
+    const double sine = std::sqrt(std::max(0.0, 1.0 - cone.cosine * cone.cosine));
+    return direction.dot(cone.axis) >= cone.cosine * kCosineOfSide - sine * kSineOfSide;
+}
+
+NormalCone cone_of(const OneWay& way, std::size_t body, Index edge) {
+    return cone_of_edge(way.solids.bodies[body].adjacency, way.model.bodies[body].topology, edge, way.surface(body));
+}
+
+/// Did the two pass through one another in this step, from the side on which they belong?
+bool have_crossed(const Path& own, const Path& other, const Vec3& normal) {
+    Vec3 before = (own.t0[1] - own.t0[0]).cross(other.t0[1] - other.t0[0]);
+    const Vec3 now = (own.t1[1] - own.t1[0]).cross(other.t1[1] - other.t1[0]);
+    if (now.dot(normal) < 0.0) before = -before;
+    if (!(before.dot(own.t0[0] - other.t0[0]) >= -kOnSurface * before.norm())) return false;
+    const auto swept = [](const Path& path) {
+        return std::array<collision::SweptPoint, 2>{{{path.t0[0], path.t1[0]}, {path.t0[1], path.t1[1]}}};
+    };
+    return collision::sweep_edge_edge(swept(own), swept(other), {}).hit();
+}
+
+std::optional<EdgePlace> place(const OneWay& way, Index own, Index other, const Path& at, const Path& there) {
+    const Vec3 along = at.t1[1] - at.t1[0], across = there.t1[1] - there.t1[0];
+    const Vec3 common = along.cross(across);
+    const double common_sq = common.squaredNorm();
+    if (!(common_sq > kLeastSine * kLeastSine * along.squaredNorm() * across.squaredNorm())) return std::nullopt;
+    const Vec3 between = there.t1[0] - at.t1[0];
+    EdgePlace found;
+    found.s = between.cross(across).dot(common) / common_sq;
+    found.t = between.cross(along).dot(common) / common_sq;
+    if (!(found.s >= 0.0 && found.s <= 1.0 && found.t >= 0.0 && found.t <= 1.0)) return std::nullopt;
+    const NormalCone cone = cone_of(way, way.other, other);
+    found.normal = common / std::sqrt(common_sq);
+    if (found.normal.dot(cone.axis) < 0.0) found.normal = -found.normal;
+    if (!lies_in(cone, found.normal) || !lies_in(cone_of(way, way.own, own), -found.normal)) return std::nullopt;
+    found.own = at.t1[0] + found.s * along;
+    found.other = there.t1[0] + found.t * across;
+    found.gap = found.normal.dot(found.own - found.other);
+    return found;
+}
+
+/// m; how far the two places may come against each other in the next step, if they go on as in this one.
+double reach_of(const OneWay& way, const Path& at, const Path& there, const EdgePlace& found) {
+    const auto moved = [&](const Path& path, double along) {
+        return ((1.0 - along) * (path.t1[0] - path.t0[0]) + along * (path.t1[1] - path.t0[1]) - way.shared()).norm();
+    };
+    return way.model.contact.margin + moved(at, found.s) + moved(there, found.t) + way.known_change();
+}
+
+void add(const OneWay& way, Index own, Index other, const EdgePlace& found) {
+    SolidScratch& solids = way.solids;
+    if (found.gap < -way.model.contact.margin) solids.pressed.push_back(solids.touches.size());
+    solids.touches.push_back(make_edge_touch(way, own, other, found));
+}
+
+/// Did the two edges of this key lie in one another at the end of the last step, or press?
+bool pressed_before(const OneWay& way, Index own, Index other) {
+    const collision::Edge &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
+    SolidContact wanted;
+    wanted.touch.a = Thing::body(way.own), wanted.touch.b = Thing::body(way.other);
+    for (int k : {0, 1}) wanted.touch.feature_a[k] = e[k], wanted.touch.feature_b[k] = f[k];
+    const std::vector<SolidContact>& before = way.solids.contacts_before;
+    const auto found = std::lower_bound(before.begin(), before.end(), wanted, kByKey);
+    return found != before.end() && found->key() == wanted.key() && is_touching(found->touch);
+}
+
+} // namespace
+
+SharpEdges find_sharp_edges(const BodyModel& body, const SurfaceAdjacency& adjacency, const std::vector<Index>& leaf_of_triangle) {
+    const std::vector<Vec3>& at = body.surface.vertices;
+    const collision::SurfaceTopology& topology = body.topology;
+    SharpEdges out;
+    std::vector<std::pair<Index, Index>> by_leaf; // leaf, edge
+    for (Index e = 0; e < topology.edges.size(); ++e) {
+        const auto [first, second] = adjacency.edge_faces[e];
+        if (first == kNoIndex || second == kNoIndex) continue;
+        const Triangle &t = topology.triangles[first], &u = topology.triangles[second];
+        const Vec3 normal = twice_area(t, at), beside = twice_area(u, at);
+        if (!(normal.dot(beside) < kSharpEdge * normal.norm() * beside.norm())) continue;
+        const Index v0 = topology.edges[e][0], v1 = topology.edges[e][1];
+        const auto apex = std::find_if(u.begin(), u.end(), [&](Index v) { return v != v0 && v != v1; });
+        if (apex == u.end() || !(normal.dot(at[*apex] - at[v0]) < 0.0)) continue; // a crease
+        by_leaf.emplace_back(leaf_of_triangle[std::min(first, second)], e);
+    }
+    std::sort(by_leaf.begin(), by_leaf.end());
+    out.leaf_begin.assign(body.covering.tree.sphere_count() + 1, 0);
+    out.leaf_of.assign(topology.edges.size(), kNoIndex);
+    for (const auto& [leaf, edge] : by_leaf) {
+        ++out.leaf_begin[leaf + 1];
+        out.edge.push_back(edge);
+        out.leaf_of[edge] = leaf;
+    }
+    for (std::size_t s = 1; s < out.leaf_begin.size(); ++s) out.leaf_begin[s] += out.leaf_begin[s - 1];
+    return out;
+}
+
+std::optional<EdgePlace> place_edges(const OneWay& way, Index own, Index other) {
+    return place(way, own, other, path_of(way, way.own, own), path_of(way, way.other, other));
+}
+
+Contact make_edge_touch(const OneWay& way, Index own, Index other, const EdgePlace& at) {
+    Contact touch;
+    touch.a = Thing::body(way.own);
+    touch.b = Thing::body(way.other);
+    touch.origin = ContactOrigin::Proximity;
+    touch.point = at.other;
+    touch.normal = at.normal;
+    touch.gap = at.gap;
+    for (std::size_t k : {0u, 1u}) {
+        touch.feature_a[k] = way.model.bodies[way.own].topology.edges[own][k];
+        touch.feature_b[k] = way.model.bodies[way.other].topology.edges[other][k];
+    }
+    touch.bary_a[0] = 1.0 - at.s, touch.bary_a[1] = at.s;
+    touch.bary_b[0] = 1.0 - at.t, touch.bary_b[1] = at.t;
+    return touch;
+}
+
+std::uint64_t edge_units(const SharpEdges& a, Index leaf_a, const SharpEdges& b, Index leaf_b) {
+    return (a.beneath(leaf_a).size() * b.beneath(leaf_b).size() + kEdgePairsPerUnit - 1) / kEdgePairsPerUnit;
+}
+
+void touch_edges(const OneWay& way, LeafPair& pair) {
+    SolidScratch& solids = way.solids;
+    const std::span<const Index> edges = solids.bodies[way.own].sharp.beneath(pair.leaf_a);
+    const std::span<const Index> edges_there = solids.bodies[way.other].sharp.beneath(pair.leaf_b);
+    if (edges.empty() || edges_there.empty()) return;
+    Box3 all;
+    solids.edge_boxes.clear();
+    for (const Index f : edges_there) {
+        solids.edge_boxes.push_back(box_of(way, path_of(way, way.other, f)));
+        all.add(solids.edge_boxes.back());
+    }
+    for (const Index e : edges) {
+        const Path at = path_of(way, way.own, e);
+        const Box3 box = box_of(way, at);
+        if (!box.overlaps(all)) continue;
+        for (std::size_t k = 0; k < edges_there.size(); ++k) {
+            if (!box.overlaps(solids.edge_boxes[k])) continue;
+            const Index f = edges_there[k];
+            const Path there = path_of(way, way.other, f);
+            const auto found = place(way, e, f, at, there);
+            if (!found || found->gap > reach_of(way, at, there, *found)) continue;
+            if (pressed_before(way, e, f)) continue; // touch_edges_before has it
+            if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
+            add(way, e, f, *found);
+            pair.gap = std::min(pair.gap, found->gap);
+        }
+    }
+}
+
+void touch_edges_before(const OneWay& way) {
+    for (const SolidContact& before : way.solids.contacts_before) {
+        const Contact& touch = before.touch;
+        if (!touch.between_edges() || touch.a != Thing::body(way.own) || touch.b != Thing::body(way.other) || !is_touching(touch)) continue;
+        const Index own = find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
+        const Index other = find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
+        if (!way.solids.bodies[way.own].sharp.has(own) || !way.solids.bodies[way.other].sharp.has(other)) continue; // seen where it pierces
+        const Path at = path_of(way, way.own, own), there = path_of(way, way.other, other);
+        if (const auto found = place(way, own, other, at, there); found && found->gap <= reach_of(way, at, there, *found))
+            add(way, own, other, *found);
+    }
+}
+
+bool cross_there(const SolidScratch& solids, std::size_t first, std::size_t body, Index v0, Index v1) {
+    for (std::size_t k = first; k < solids.touches.size(); ++k) {
+        const Contact& touch = solids.touches[k];
+        if (!touch.between_edges() || touch.gap > 0.0) continue;
+        const Index* edge = touch.a == Thing::body(body) ? touch.feature_a : touch.feature_b;
+        if (edge[0] == v0 && edge[1] == v1) return true;
+    }
+    return false;
+}
+
+} // namespace trocar::engine

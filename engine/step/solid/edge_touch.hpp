@@ -1,0 +1,47 @@
+// Where sharp edges of two closed surfaces cross: bars that lie across each other, a block over a table's rim. No vertex is near such a
+// place, and what of an edge already lies inside says neither how deep nor which way.
+//
+// Two edges push where their lines come nearest between the ends of both, along their common normal, if that lies in the normal cone of
+// each (normal_cone.hpp): the distance of the two surfaces has a local minimum there. The sign says which has passed the other. A place that
+// is not yet there is listed as far as the two may come in the next step; one that lies in the other body only if the two edges have
+// crossed in this step (collision::sweep_edge_edge, which misses nothing), if it lay there in the last one, or if one edge passes through
+// both faces of the other (solid_touch.cpp): else edges at two sides of a body would hold one another.
+//
+// source   Johnson & Cohen 2001, "Local minimum distances". Deviates: edges count whose faces meet at more than some 20 degrees at rest; a
+//          flatter one is a curved surface in facets, and is met by its vertices.
+#pragma once
+
+#include "engine/step/solid/solid_passage.hpp"
+
+namespace trocar::engine {
+
+/// Convex edges of a closed surface that are sharp at rest, each with one of the leaves that hold it.
+[[nodiscard]] SharpEdges find_sharp_edges(const BodyModel& body, const SurfaceAdjacency& adjacency,
+                                          const std::vector<Index>& leaf_of_triangle);
+
+/// Where two edges are nearest.
+struct EdgePlace {
+    double s = 0.0, t = 0.0; // [0, 1] along the own edge and the other one
+    Vec3 own = Vec3::Zero(), other = Vec3::Zero(); // m
+    Vec3 normal = Vec3::UnitX();                   // unit, from the other to the own one
+    double gap = 0.0;                              // m, along it
+};
+
+/// Where an edge of one body's topology and one of the other's stand at the end of the step; nothing: they do not meet, as far as their directions say.
+[[nodiscard]] std::optional<EdgePlace> place_edges(const OneWay& way, Index own, Index other);
+
+[[nodiscard]] Contact make_edge_touch(const OneWay& way, Index own, Index other, const EdgePlace& at);
+
+/// Units for the pairs of edges beneath two leaves.
+[[nodiscard]] std::uint64_t edge_units(const SharpEdges& a, Index leaf_a, const SharpEdges& b, Index leaf_b);
+
+/// Appends the touches of edges beneath two leaves, and lowers the pair's gap to theirs.
+void touch_edges(const OneWay& way, LeafPair& pair);
+
+/// Appends those that lay in the other body, or pressed, in the last step, and still do, whatever leaves the descent found.
+void touch_edges_before(const OneWay& way);
+
+/// Among the touches from `first` on: does this edge of one body lie in the other one at a place where edges cross?
+[[nodiscard]] bool cross_there(const SolidScratch& solids, std::size_t first, std::size_t body, Index v0, Index v1);
+
+} // namespace trocar::engine

@@ -1,0 +1,263 @@
+// Edges that cross edges, with no vertex near: what must hold whatever the orientation, step length and budget.
+#include "engine/io/write_mesh.hpp"
+#include "engine/step/checkpoint.hpp"
+#include "fem/tissue/integrate.hpp"
+#include "step_fixture.hpp"
+
+#include <Eigen/Geometry>
+
+#include <random>
+
+namespace trocar::engine {
+namespace {
+
+constexpr unsigned kEdgeSeed = 20262;
+
+struct EdgeRandom {
+    std::mt19937_64 engine{kEdgeSeed};
+    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
+    Mat3 turn() {
+        std::normal_distribution<double> normal;
+        const Vec3 axis = Vec3(normal(engine), normal(engine), normal(engine)).normalized();
+        return Eigen::AngleAxisd(between(0.0, 6.28), axis).toRotationMatrix();
+    }
+};
+
+/// A bar with corners at its ends alone. m
+struct EdgeBar {
+    Vec3 centre = Vec3::Zero(), extent = Vec3(0.1, 0.02, 0.02);
+    Mat3 turn = Mat3::Identity();
+};
+
+TriMesh make_bar(const EdgeBar& bar) {
+    TriMesh mesh;
+    for (int k = 0; k < 8; ++k) {
+        const Vec3 corner((k & 1) ? 0.5 : -0.5, (k & 2) ? 0.5 : -0.5, (k & 4) ? 0.5 : -0.5);
+        mesh.vertices.push_back(bar.centre + bar.turn * corner.cwiseProduct(bar.extent));
+    }
+    for (const Triangle& t : {Triangle{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6},
+                              {1, 3, 5}, {3, 7, 5}})
+        mesh.triangles.push_back(t);
+    return mesh;
+}
+
+std::string bar_file(const std::string& name, const EdgeBar& bar) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / (name + ".obj");
+    EXPECT_TRUE(write_obj(file, make_bar(bar)).ok());
+    return file.string();
+}
+
+std::string soft_bar(const std::string& name, const EdgeBar& bar, double kpa, double damping, const std::string& mesher = "lattice") {
+    return fmt::format(R"("{}": {{"kind": "deformable", "surface": "{}", "material": {{"young_modulus": {}, "poisson_ratio": 0.3,
+        "density": 1000, "viscosity": {}, "mass_damping": {}}}, "coarse": {{"mesher": "{}", "surface_triangles": 300}}}})",
+                       name, bar_file(name, bar), kpa, damping > 0.0 ? 0.1 : 0.0, damping, mesher);
+}
+
+std::string fixed_bar(const std::string& name, const EdgeBar& bar) {
+    return fmt::format(R"("{}": {{"kind": "static", "surface": "{}"}})", name, bar_file(name, bar));
+}
+
+PreparedScene prepare_bars(const std::string& bodies, double step, const Vec3& gravity, const std::string& budget = "exact") {
+    return test::prepare(fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 10}}, "budget": "{}",
+        "gravity": [{}, {}, {}], "bodies": {{{}}}, "effects": ["elasticity", "gravity", "damping", "coarse_contact"]}})",
+                                     step, budget, gravity.x(), gravity.y(), gravity.z(), bodies));
+}
+
+Mat3 about(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); }
+
+constexpr double kEighth = 0.25 * 3.14159265358979;
+
+/// A bar lies flat across the ridges of two rails that do not give. world   turns all of it
+struct Rails {
+    Mat3 world = Mat3::Identity();
+    double heading = 0.0; // rad, of the bar against the normal to the rails
+    double drop = 0.2e-3; // m
+};
+
+std::string rails_of(const Rails& rails, const std::string& mesher) {
+    const double half = 0.02 / std::sqrt(2.0); // of the rails, from the middle to the ridge
+    const Mat3 on_edge = about(Vec3::UnitX(), kEighth);
+    const EdgeBar left{rails.world * Vec3(0.0, -0.03, -half), {0.3, 0.02, 0.02}, rails.world * on_edge};
+    const EdgeBar right{rails.world * Vec3(0.0, 0.03, -half), {0.3, 0.02, 0.02}, rails.world * on_edge};
+    const EdgeBar over{rails.world * Vec3(0.004, 0.003, 0.01 + rails.drop), {0.02, 0.1, 0.02}, rails.world * about(Vec3::UnitZ(), rails.heading)};
+    return soft_bar("over", over, 500.0, 5.0, mesher) + ", " + fixed_bar("left", left) + ", " + fixed_bar("right", right);
+}
+
+TEST(EdgeContact, ABarAcrossTwoRailsIsCarriedByThemAndByNothingElse) {
+    EdgeRandom random;
+    for (int k = 0; k < 6; ++k) {
+        const Rails rails{.world = random.turn(), .heading = random.between(-0.6, 0.6)};
+        const double step = std::vector{0.001, 0.005, 0.01}[k % 3];
+        const std::string mesher = k < 3 ? "lattice" : "tetgen";
+        SCOPED_TRACE(fmt::format("seed {} case {}: heading {:g}, step {:g} s, {}", kEdgeSeed, k, rails.heading, step, mesher));
+        const Vec3 up = rails.world.col(2);
+        const PreparedScene prepared = prepare_bars(rails_of(rails, mesher), step, -9.81 * up);
+        ASSERT_EQ(prepared.model.bodies.size(), 3u);
+        const double weight = 9.81 * prepared.model.bodies[0].tissue->mass;
+        Simulator simulator(prepared.model);
+        const auto run = [&](double seconds, auto&& look) {
+            for (int n = 0; n < static_cast<int>(seconds / step + 0.5); ++n) {
+                const StepReport& report = simulator.step();
+                ASSERT_TRUE(report.finite) << report.failure;
+                look(report);
+            }
+        };
+        double deepest = 0.0, sum = 0.0, sum_sq = 0.0, aside = 0.0, count = 0.0;
+        ASSERT_NO_FATAL_FAILURE(run(1.5, [](const StepReport&) {}));
+        ASSERT_NO_FATAL_FAILURE(run(0.3, [&](const StepReport& report) {
+            Vec3 force = Vec3::Zero();
+            for (const SolidContact& place : simulator.state().solids.contacts) force += place.touch.force;
+            sum += force.dot(up), sum_sq += std::pow(force.dot(up), 2), ++count;
+            aside = std::max(aside, (force - force.dot(up) * up).norm());
+            deepest = std::max(deepest, report.deepest_touch_m);
+        }));
+        const double mean = sum / count;
+        EXPECT_NEAR(mean, weight, 0.01 * weight);
+        EXPECT_LT(std::sqrt(std::max(0.0, sum_sq / count - mean * mean)), 0.02 * weight);
+        EXPECT_LT(aside, 2e-3 * weight) << "ridges without friction hold nothing sideways";
+        EXPECT_LT(deepest, 0.05e-3);
+    }
+}
+
+/// Two bars across each other, edge towards edge; the common normal of the edges is `normal`, from the second to the first.
+struct Crossing {
+    EdgeBar first, second;
+    Vec3 normal;
+};
+
+Crossing make_crossing(const Mat3& world, double angle, double gap) {
+    const double half = 0.02 / std::sqrt(2.0);
+    const Mat3 on_edge = about(Vec3::UnitX(), kEighth);
+    Crossing made;
+    made.normal = world.col(2);
+    made.second = {world * Vec3(0.0, 0.0, -half), {0.1, 0.02, 0.02}, world * on_edge};
+    made.first = {world * Vec3(0.0, 0.0, half + gap), {0.1, 0.02, 0.02}, world * about(Vec3::UnitZ(), angle) * on_edge};
+    return made;
+}
+
+Vec3 middle_of(const SceneModel& model, const State& state, std::size_t body) {
+    Vec3 sum = Vec3::Zero();
+    const fem::TissueModel& tissue = *model.bodies[body].tissue;
+    for (std::size_t n = 0; n < tissue.node_count(); ++n) sum += tissue.node_mass[n] * state.bodies[body].tissue.position[n];
+    return sum / tissue.mass;
+}
+
+TEST(EdgeContact, BarsThatFlyEdgeOnEdgeDoNotPassAndKeepTheirMomentum) {
+    EdgeRandom random;
+    for (int k = 0; k < 10; ++k) {
+        const double speed = std::pow(10.0, random.between(-1.0, 1.3)), step = std::pow(10.0, random.between(-3.3, -2.3));
+        const Mat3 world = random.turn();
+        const double angle = random.between(0.6, 2.5), gap = random.between(0.5e-3, 5e-3);
+        const Crossing bars = make_crossing(world, angle, gap);
+        SCOPED_TRACE(fmt::format("seed {} case {}: {:g} m/s, step {:g} s, {:g} rad, {:g} m apart", kEdgeSeed, k, speed, step, angle, gap));
+        std::string first = soft_bar("first", bars.first, 30000.0, 0.0);
+        const Vec3 velocity = -speed * bars.normal;
+        if (k % 2 == 0) first.insert(first.size() - 1, fmt::format(R"(, "velocity": [{}, {}, {}])", velocity.x(), velocity.y(), velocity.z()));
+        const PreparedScene prepared = prepare_bars(first + ", " + soft_bar("second", bars.second, 30000.0, 0.0), step, Vec3::Zero());
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        Simulator simulator(prepared.model);
+        if (k % 2) { // a state from elsewhere: its first step knows of nothing
+            State thrown = simulator.state();
+            for (Vec3& v : thrown.bodies[0].tissue.velocity) v = -speed * bars.normal;
+            ASSERT_TRUE(simulator.restore(thrown).ok());
+        }
+        const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+        std::uint64_t touches = 0;
+        for (int n = 0; n < static_cast<int>(0.03 / speed / step) + 20; ++n) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            touches += report.solid_touches;
+            const Vec3 apart = middle_of(prepared.model, simulator.state(), 0) - middle_of(prepared.model, simulator.state(), 1);
+            ASSERT_GT(apart.dot(bars.normal), 0.0) << "passed in step " << n;
+        }
+        EXPECT_GT(touches, 0u);
+        Vec3 left = tissue.mass * speed * bars.normal;
+        for (std::size_t i : {0u, 1u})
+            left += fem::find_momentum(*prepared.model.bodies[i].tissue, simulator.state().bodies[i].tissue).linear;
+        EXPECT_LT(left.norm(), 1e-9 * tissue.mass * speed);
+    }
+}
+
+/// m; by how much two convex polyhedra overlap along the direction that parts them best: negative where they are apart. Brute force.
+double overlap_of(const std::vector<Vec3>& a, const std::vector<Vec3>& b, const TriMesh& mesh) {
+    double least = std::numeric_limits<double>::infinity();
+    const auto look = [&](const Vec3& way) {
+        if (!(way.norm() > 1e-9)) return;
+        const Vec3 n = way.normalized();
+        double low_a = 1e9, high_a = -1e9, low_b = 1e9, high_b = -1e9;
+        for (const Vec3& p : a) low_a = std::min(low_a, n.dot(p)), high_a = std::max(high_a, n.dot(p));
+        for (const Vec3& p : b) low_b = std::min(low_b, n.dot(p)), high_b = std::max(high_b, n.dot(p));
+        least = std::min({least, high_a - low_b, high_b - low_a});
+    };
+    std::vector<Vec3> along[2];
+    for (const int which : {0, 1})
+        for (const Triangle& t : mesh.triangles) {
+            const std::vector<Vec3>& at = which ? b : a;
+            look((at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]));
+            for (int c = 0; c < 3; ++c) along[which].push_back(at[t[(c + 1) % 3]] - at[t[c]]);
+        }
+    for (const Vec3& e : along[0])
+        for (const Vec3& f : along[1])
+            if (e.cross(f).norm() > 0.02 * e.norm() * f.norm()) look(e.cross(f));
+    return least;
+}
+
+TEST(EdgeContact, BlocksThatTumbleOntoOneAnotherOverlapNoMoreThanByBruteForceIsAllowed) {
+    EdgeRandom random;
+    for (int k = 0; k < 8; ++k) {
+        const double step = std::vector{0.0005, 0.002, 0.005, 0.01}[k % 4];
+        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s", kEdgeSeed, k, step));
+        const EdgeBar fixed{Vec3::Zero(), {random.between(0.03, 0.08), random.between(0.02, 0.05), random.between(0.02, 0.05)}, random.turn()};
+        EdgeBar falling{Vec3::Zero(), {random.between(0.02, 0.06), random.between(0.02, 0.04), random.between(0.02, 0.04)}, random.turn()};
+        const double low = -0.5 * (fixed.extent.norm() + falling.extent.norm());
+        falling.centre = Vec3(random.between(-8e-3, 8e-3), random.between(-8e-3, 8e-3), -low);
+        const PreparedScene prepared =
+            prepare_bars(soft_bar("falling", falling, 1000.0, 1.0, "tetgen") + ", " + fixed_bar("fixed", fixed), step, Vec3(0.0, 0.0, -9.81));
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        const TriMesh box = make_bar({});
+        Simulator simulator(prepared.model);
+        double deepest = 0.0;
+        std::uint64_t touches = 0;
+        for (int n = 0; n < static_cast<int>(0.6 / step); ++n) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            touches += report.solid_touches;
+            deepest = std::max(deepest, overlap_of(simulator.state().bodies[0].surface, simulator.state().bodies[1].surface, box));
+        }
+        EXPECT_GT(touches, 0u);
+        EXPECT_LT(deepest, 0.6e-3) << "what a vertex goes in while it strikes; edges that are not seen cross by 8 mm";
+    }
+}
+
+TEST(EdgeContact, ABudgetOfAnySizeLetsNoBarThroughTheRails) {
+    for (const char* budget : {"work:0", "work:30", "work:300", "work:3000"}) {
+        SCOPED_TRACE(budget);
+        const PreparedScene prepared = prepare_bars(rails_of({.heading = 0.2, .drop = 3e-3}, "lattice"), 0.005, Vec3(0.0, 0.0, -9.81), budget);
+        ASSERT_EQ(prepared.model.bodies.size(), 3u);
+        Simulator simulator(prepared.model);
+        for (int n = 0; n < 200; ++n) {
+            ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
+            ASSERT_GT(middle_of(prepared.model, simulator.state(), 0).z(), 8e-3) << "step " << n;
+        }
+    }
+}
+
+TEST(EdgeContact, AStateInWhichEdgesPressIsSavedAndGoesOnToTheSameBits) {
+    const PreparedScene prepared = prepare_bars(rails_of({.heading = -0.3}, "lattice"), 0.005, Vec3(0.0, 0.0, -9.81));
+    ASSERT_EQ(prepared.model.bodies.size(), 3u);
+    Simulator simulator(prepared.model);
+    for (int n = 0; n < 60; ++n) simulator.step();
+    const auto& contacts = simulator.state().solids.contacts;
+    ASSERT_TRUE(std::any_of(contacts.begin(), contacts.end(), [](const SolidContact& c) { return c.touch.between_edges(); }));
+    const Result<Checkpoint> read = parse_checkpoint(checkpoint_bytes(make_checkpoint(simulator)), "edges.ckpt");
+    ASSERT_TRUE(read.ok()) << read.error().to_string();
+    Simulator other(prepared.model);
+    ASSERT_TRUE(resume(other, *read, "edges.ckpt").ok());
+    for (int n = 0; n < 20; ++n) {
+        simulator.step(), other.step();
+        ASSERT_EQ(simulator.hash(), other.hash()) << "step " << n;
+    }
+}
+
+} // namespace
+} // namespace trocar::engine
