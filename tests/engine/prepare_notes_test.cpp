@@ -108,5 +108,18 @@ TEST(PreparationNotes, SayHowFarTwoSolidsOverlapAtTheStart) {
     EXPECT_THAT(notes_at(0.5), Not(Contains(HasSubstr("overlaps"))));
 }
 
+TEST(PreparationNotes, SayThatCornersStandOffTheLattice) {
+    const auto notes_of = [](const char* mesher) {
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
+            "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact", "elasticity"], "bodies": {{"bar": {{"kind": "deformable",
+            "surface": {{"shape": "box", "centre": [0, 0, 0], "extent": [60, 20, 20], "cells": 1}},
+            "coarse": {{"mesher": "{}", "surface_triangles": 200}}}}}}}})",
+                                                                 mesher));
+        return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
+    };
+    EXPECT_THAT(notes_of("lattice"), Contains(AllOf(HasSubstr("12 sharp edges"), HasSubstr("off the coarse mesh"))));
+    EXPECT_THAT(notes_of("tetgen"), Not(Contains(HasSubstr("sharp edges")))) << "its nodes are the corners";
+}
+
 } // namespace
 } // namespace trocar::engine

@@ -229,6 +229,34 @@ TEST(EdgeContact, BlocksThatTumbleOntoOneAnotherOverlapNoMoreThanByBruteForceIsA
     }
 }
 
+TEST(EdgeContact, ASharpTipThatFallsOnItsSideIsMetBeforeItIsIn) {
+    EdgeRandom random;
+    for (int k = 0; k < 4; ++k) {
+        const double step = std::vector{0.001, 0.002, 0.005, 0.01}[k];
+        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s", kEdgeSeed, k, step));
+        TriMesh tip; // its corner lies lowest, and looks along -x
+        const double height = random.between(1e-3, 4e-3);
+        tip.vertices = {{0.0, 0.0, height}, {0.04, -0.006, 0.005 + height}, {0.04, 0.008, 0.004 + height}, {0.04, 0.001, 0.02 + height}};
+        tip.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+        const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "tip.obj";
+        ASSERT_TRUE(write_obj(file, tip).ok());
+        const std::string body = fmt::format(R"("tip": {{"kind": "deformable", "surface": "{}", "velocity": [0, 0, -1],
+            "material": {{"young_modulus": 500, "density": 1000}}, "coarse": {{"mesher": "tetgen", "surface_triangles": 200}}}},
+            "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -0.01], "extent": [0.3, 0.3, 0.02], "cells": 3}}}})",
+                                             file.string());
+        const PreparedScene prepared = prepare_bars(body, step, Vec3(0.0, 0.0, -9.81));
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        Simulator simulator(prepared.model);
+        double lowest = 1.0;
+        for (int n = 0; n < static_cast<int>(0.05 / step); ++n) {
+            ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
+            for (const Vec3& v : simulator.state().bodies[0].surface) lowest = std::min(lowest, v.z());
+        }
+        EXPECT_LT(lowest, 2e-3) << "it fell";
+        EXPECT_GT(lowest, -0.6e-3);
+    }
+}
+
 TEST(EdgeContact, ABudgetOfAnySizeLetsNoBarThroughTheRails) {
     for (const char* budget : {"work:0", "work:30", "work:300", "work:3000"}) {
         SCOPED_TRACE(budget);

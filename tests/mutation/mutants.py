@@ -70,6 +70,8 @@ MUTANTS = [
            "for (LeafPair& pair : solids.batch) touch_edges(from_a, pair);", "", "engine", "EdgeContact.*"),
     Mutant("edges-forgotten", "edges that press are forgotten from step to step", "engine/step/solid/solid_touch.cpp",
            "if (first) touch_edges_before(from_a);", "", "engine", "EdgeContact.*"),
+    Mutant("corner-mean", "a sharp corner looks along its mean normal alone", "engine/step/solid/solid_touch.cpp",
+           "const bool looks_at = -touch.normal.dot(cone.axis) >= cone.cosine;", "const bool looks_at = false;", "engine", "EdgeContact.*"),
     Mutant("drive-not-written", "a drive command is no number that a path can write", "engine/step/instrument/instrument_stage.cpp",
            "return std::nearbyint(value * 0x1p40) * 0x1p-40;", "return value;", "engine", "PathReplay.*"),
     Mutant("plane-rigid", "a rod meets tissue as if it gave way by nothing", "engine/step/instrument/wall_facets.hpp",

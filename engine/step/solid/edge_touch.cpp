@@ -1,7 +1,7 @@
 #include "engine/step/solid/edge_touch.hpp"
 
 #include "collision/ccd/sweep.hpp"
-#include "engine/prepare/body_pairs.hpp"
+#include "engine/prepare/sharp_edges.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 
@@ -12,8 +12,6 @@ namespace trocar::engine {
 
 namespace {
 
-/// Cosine between two faces, beyond which their edge is sharp.
-constexpr double kSharpEdge = 0.94;
 /// Sine; edges that are more nearly parallel have no place where they cross: their ends meet faces.
 constexpr double kLeastSine = 0.05;
 /// rad; of an edge's own cone. On the rim of a flat face the common normal lies on the cone's side.
@@ -117,22 +115,11 @@ bool pressed_before(const OneWay& way, Index own, Index other) {
 
 } // namespace
 
-SharpEdges find_sharp_edges(const BodyModel& body, const SurfaceAdjacency& adjacency, const std::vector<Index>& leaf_of_triangle) {
-    const std::vector<Vec3>& at = body.surface.vertices;
+SharpEdges list_sharp_edges(const BodyModel& body, const std::vector<Index>& leaf_of_triangle) {
     const collision::SurfaceTopology& topology = body.topology;
     SharpEdges out;
     std::vector<std::pair<Index, Index>> by_leaf; // leaf, edge
-    for (Index e = 0; e < topology.edges.size(); ++e) {
-        const auto [first, second] = adjacency.edge_faces[e];
-        if (first == kNoIndex || second == kNoIndex) continue;
-        const Triangle &t = topology.triangles[first], &u = topology.triangles[second];
-        const Vec3 normal = twice_area(t, at), beside = twice_area(u, at);
-        if (!(normal.dot(beside) < kSharpEdge * normal.norm() * beside.norm())) continue;
-        const Index v0 = topology.edges[e][0], v1 = topology.edges[e][1];
-        const auto apex = std::find_if(u.begin(), u.end(), [&](Index v) { return v != v0 && v != v1; });
-        if (apex == u.end() || !(normal.dot(at[*apex] - at[v0]) < 0.0)) continue; // a crease
-        by_leaf.emplace_back(leaf_of_triangle[std::min(first, second)], e);
-    }
+    for (const Index e : find_sharp_edges(body.surface, topology)) by_leaf.emplace_back(leaf_of_triangle[topology.edge_owner[e]], e);
     std::sort(by_leaf.begin(), by_leaf.end());
     out.leaf_begin.assign(body.covering.tree.sphere_count() + 1, 0);
     out.leaf_of.assign(topology.edges.size(), kNoIndex);

@@ -15,9 +15,8 @@
 
 namespace trocar::engine {
 
-/// Convex edges of a closed surface that are sharp at rest, each with one of the leaves that hold it.
-[[nodiscard]] SharpEdges find_sharp_edges(const BodyModel& body, const SurfaceAdjacency& adjacency,
-                                          const std::vector<Index>& leaf_of_triangle);
+/// Of a closed surface (find_sharp_edges), each with one of the leaves that hold it.
+[[nodiscard]] SharpEdges list_sharp_edges(const BodyModel& body, const std::vector<Index>& leaf_of_triangle);
 
 /// Where two edges are nearest.
 struct EdgePlace {

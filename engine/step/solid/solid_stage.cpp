@@ -42,7 +42,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
         for (Index s = 0; s < tree.sphere_count(); ++s)
             if (tree.is_leaf(s))
                 for (const Index t : tree.items_of(s)) solids.bodies[i].leaf_of_triangle[t] = s;
-        solids.bodies[i].sharp = find_sharp_edges(model.bodies[i], solids.bodies[i].adjacency, solids.bodies[i].leaf_of_triangle);
+        solids.bodies[i].sharp = list_sharp_edges(model.bodies[i], solids.bodies[i].leaf_of_triangle);
     }
     solids.entries_before.reserve(vertices);
     solids.contacts_before.reserve(vertices);

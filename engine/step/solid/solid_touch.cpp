@@ -84,13 +84,15 @@ Look test_vertex(const OneWay& way, Index v, double reach) {
     if (!standing) return {};
     Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
     SolidScratch& solids = way.solids;
-    const bool meets = standing->pressed || turn_touch(way, cone_at(way, v), standing->at, place, touch);
+    const NormalCone cone = cone_at(way, v);
+    const bool looks_at = -touch.normal.dot(cone.axis) >= cone.cosine; // a sharp corner does so far from its mean normal
+    const bool meets = standing->pressed || turn_touch(way, cone, standing->at, place, touch);
     if (!standing->inside) {
         const Triangle& face = way.face(standing->at.triangle);
         const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
         const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
         if (touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change()) return {};
-        if (!meets || touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing) return {};
+        if (!meets || (!looks_at && touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing)) return {};
     } else {
         if (standing->pressed) solids.pressed.push_back(solids.touches.size());
         way.report.passed_places += standing->passed;
