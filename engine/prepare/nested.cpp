@@ -41,13 +41,14 @@ void note_overlaps(const std::vector<Box3>& boxes, PreparedScene& prepared) {
     };
     for (std::size_t i = 0; i < bodies.size(); ++i)
         for (std::size_t k = i + 1; k < bodies.size(); ++k) {
-            if (!boxes[i].overlaps(boxes[k]) || !are_solid_pair(prepared.model, i, k)) continue;
+            if (!boxes[i].overlaps(boxes[k]) || owner_of(prepared.model, i) == owner_of(prepared.model, k)) continue;
+            if (!are_solid_pair(prepared.model, i, k)) continue;
             Overlap overlap;
             if (bodies[k].closed) add_overlap(bodies[i].surface.vertices, boxes[k], inside_of(k), overlap);
             if (bodies[i].closed) add_overlap(bodies[k].surface.vertices, boxes[i], inside_of(i), overlap);
             if (overlap.vertices > 0)
                 prepared.bodies[i].notes.push_back(
-                    fmt::format("overlaps {} at the start by up to {:.3g} mm ({} vertices): contact parts the two slowly, which is no load of theirs",
+                    fmt::format("overlaps {} at the start by up to {:.3g} mm ({} vertices in the other): contact parts the two slowly, which is no load of theirs",
                                 bodies[k].name, 1e3 * overlap.depth, overlap.vertices));
         }
 }
@@ -74,7 +75,7 @@ void find_nested(PreparedScene& prepared) {
             prepared.bodies[i].notes.push_back(fmt::format("starts wholly inside {}: the two do not touch one another", bodies[k].name));
         }
     std::sort(prepared.model.nested.begin(), prepared.model.nested.end());
-    note_overlaps(boxes, prepared);
+    if (prepared.model.effects.coarse_contact) note_overlaps(boxes, prepared);
 }
 
 } // namespace trocar::engine

@@ -285,7 +285,7 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
 } // namespace
 
 /// Sharp corners that the coarse mesh does not reach: what strikes them turns their links, and they sink into it.
-void note_corners(const Scene& scene, const BodyModel& model, BodySummary& summary) {
+void note_corners(const Scene& scene, const SceneBody& body, const BodyModel& model, BodySummary& summary) {
     if (!scene.effects.coarse_contact || !model.links || !(model.links->max_length > scene.contact.margin)) return;
     const std::vector<Index> sharp = find_sharp_edges(model.surface, model.topology);
     const fem::RigidLinks& links = *model.links;
@@ -298,9 +298,9 @@ void note_corners(const Scene& scene, const BodyModel& model, BodySummary& summa
             farthest = std::max(farthest, (model.surface.vertices[v] - on_mesh).norm());
         }
     if (farthest > scene.contact.margin)
-        summary.notes.push_back(fmt::format("{} sharp edges, with corners up to {:.3g} mm off the coarse mesh: struck, these may sink in by as much; "
-                                            "\"mesher\": \"tetgen\" follows them",
-                                            sharp.size(), 1e3 * farthest));
+        summary.notes.push_back(fmt::format("{} sharp edges, with corners up to {:.3g} mm off the coarse mesh: struck, these may sink in by as much; what helps: {}",
+                                            sharp.size(), 1e3 * farthest,
+                                            body.coarse.lattice && body.coarse.file.empty() ? "\"mesher\": \"tetgen\"" : "more \"surface_triangles\""));
 }
 
 Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
@@ -340,7 +340,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
-        if (model.closed) note_corners(scene, model, summary);
+        if (model.closed) note_corners(scene, body, model, summary);
     }
     prepared.model.bodies.push_back(std::move(model));
     prepared.bodies.push_back(std::move(summary));

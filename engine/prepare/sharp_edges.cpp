@@ -14,13 +14,17 @@ constexpr double kSharpEdge = 0.94;
 
 std::vector<Index> find_sharp_edges(const TriMesh& surface, const collision::SurfaceTopology& topology) {
     std::vector<std::array<Index, 2>> faces(topology.edges.size(), {kNoIndex, kNoIndex});
+    std::vector<Index> count(topology.edges.size(), 0);
     for (Index face = 0; face < topology.triangles.size(); ++face)
         for (const Index edge : topology.triangle_edges[face])
-            if (edge != kNoIndex) faces[edge][faces[edge][0] == kNoIndex ? 0 : 1] = face;
+            if (edge != kNoIndex) {
+                if (count[edge] < 2) faces[edge][count[edge]] = face;
+                ++count[edge];
+            }
     const std::vector<Vec3>& at = surface.vertices;
     std::vector<Index> sharp;
     for (Index e = 0; e < topology.edges.size(); ++e) {
-        if (faces[e][1] == kNoIndex) continue;
+        if (count[e] != 2) continue;
         const Triangle &t = topology.triangles[faces[e][0]], &u = topology.triangles[faces[e][1]];
         const Vec3 normal = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]), beside = (at[u[1]] - at[u[0]]).cross(at[u[2]] - at[u[0]]);
         if (!(normal.dot(beside) < kSharpEdge * normal.norm() * beside.norm())) continue;
@@ -29,6 +33,11 @@ std::vector<Index> find_sharp_edges(const TriMesh& surface, const collision::Sur
         if (apex != u.end() && normal.dot(at[*apex] - at[v0]) < 0.0) sharp.push_back(e); // else a crease
     }
     return sharp;
+}
+
+std::size_t reserved_places(const TriMesh& surface, const collision::SurfaceTopology& topology) {
+    constexpr std::size_t kCrossings = 4;
+    return surface.vertices.size() + kCrossings * find_sharp_edges(surface, topology).size();
 }
 
 } // namespace trocar::engine

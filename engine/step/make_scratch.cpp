@@ -1,6 +1,7 @@
 #include "engine/step/make_scratch.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/prepare/sharp_edges.hpp"
 
 #include "engine/step/instrument/cull_stage.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
@@ -122,12 +123,12 @@ StepScratch make_scratch(const SceneModel& model, State& state, const StepScratc
 }
 
 void reserve_state(const SceneModel& model, State& state) {
-    std::size_t vertices = 0; // of surfaces whose depths decide
+    std::size_t places = 0; // of surfaces whose depths decide
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) vertices += model.bodies[i].surface.vertices.size();
+        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) places += reserved_places(model.bodies[i].surface, model.bodies[i].topology);
     }
-    state.solids.entries.reserve(vertices);
-    state.solids.contacts.reserve(vertices);
+    state.solids.entries.reserve(places);
+    state.solids.contacts.reserve(places);
     state.solids.touching.reserve(kReservedContacts);
     if (const std::size_t nodes = count_meeting_nodes(model); nodes > 0) state.meetings.reserve(fem::kMeetingsPerNode * nodes);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {

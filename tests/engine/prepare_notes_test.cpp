@@ -103,7 +103,7 @@ TEST(PreparationNotes, SayHowFarTwoSolidsOverlapAtTheStart) {
                                                                  10.0 + gap));
         return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
     };
-    EXPECT_THAT(notes_at(-1.5), Contains(HasSubstr("overlaps table at the start by up to 1.5 mm (10 vertices)")));
+    EXPECT_THAT(notes_at(-1.5), Contains(HasSubstr("overlaps table at the start by up to 1.5 mm (10 vertices in the other)")));
     EXPECT_THAT(notes_at(0.0), Not(Contains(HasSubstr("overlaps")))) << "it is laid on the table";
     EXPECT_THAT(notes_at(0.5), Not(Contains(HasSubstr("overlaps"))));
 }

@@ -2,6 +2,7 @@
 
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/prepare/scripted_motion.hpp"
+#include "engine/prepare/sharp_edges.hpp"
 
 #include <algorithm>
 
@@ -110,16 +111,16 @@ Vec3 find_motion(const SceneModel& model, const ContactSide& side, double time, 
 void prepare_contact(const SceneModel& model, ContactScratch& scratch) {
     scratch.vertex_tet.resize(model.bodies.size());
     scratch.slot.resize(model.bodies.size());
-    std::size_t vertices = 0;
+    std::size_t places = 0;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         if (body.hollow || !can_touch_any(model, i)) continue; // a state may hold places that another response found
-        vertices += body.surface.vertices.size();
+        places += reserved_places(body.surface, body.topology);
         if (body.links) scratch.vertex_tet[i] = find_vertex_tets(body, *model.bodies[owner_of(model, i)].tissue);
     }
-    scratch.rows.reserve(vertices);
-    scratch.solved.reserve(vertices);
-    scratch.row_of.reserve(vertices);
+    scratch.rows.reserve(places);
+    scratch.solved.reserve(places);
+    scratch.row_of.reserve(places);
     scratch.bodies.reserve(model.bodies.size());
 }
 

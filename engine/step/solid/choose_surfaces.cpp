@@ -1,6 +1,7 @@
 #include "engine/step/solid/choose_surfaces.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/edge_touch.hpp"
 #include "engine/step/solid/solid_probe.hpp"
 #include "engine/step/solid/surface_travel.hpp"
 #include "engine/step/solid/touch_rules.hpp"
@@ -69,9 +70,11 @@ std::uint64_t surface_units(const SceneModel& model, std::size_t body) {
 /// Units of leaves without which it does not pay to make surfaces ready.
 constexpr std::uint64_t kLeastLooked = 20 * kUnitsPerLeafTriangle;
 
-std::uint64_t units_beneath(const SceneModel& model, const LeafPair& pair) {
-    return kUnitsPerLeafTriangle * (model.bodies[pair.a].covering.tree.items_of(pair.leaf_a).size() +
-                                    model.bodies[pair.b].covering.tree.items_of(pair.leaf_b).size());
+std::uint64_t units_beneath(const SceneModel& model, const LeafPair& pair, const SolidScratch& solids) {
+    const std::uint64_t edges =
+        pair.a == pair.b ? 0 : edge_units(solids.bodies[pair.a].sharp, pair.leaf_a, solids.bodies[pair.b].sharp, pair.leaf_b);
+    return edges + kUnitsPerLeafTriangle * (model.bodies[pair.a].covering.tree.items_of(pair.leaf_a).size() +
+                                            model.bodies[pair.b].covering.tree.items_of(pair.leaf_b).size());
 }
 
 /// Of the leaves beneath which the two touched in the last step.
@@ -80,7 +83,7 @@ std::uint64_t leaf_units_before(const SceneModel& model, std::size_t a, std::siz
     std::uint64_t units = 0;
     for (auto pair = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), std::pair(a, b), before);
          pair != solids.touching_before.end() && pair->a == a && pair->b == b; ++pair)
-        units += units_beneath(model, *pair);
+        units += units_beneath(model, *pair, solids);
     return units;
 }
 
@@ -184,7 +187,7 @@ std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, Sol
             if (counted[body] == 0) units += surface_units(model, body) + kUnitsPerQuery;
             counted[body] = 1;
         }
-    for (const LeafPair& pair : state.solids.touching) units += units_beneath(model, pair);
+    for (const LeafPair& pair : state.solids.touching) units += units_beneath(model, pair, solids);
     return units;
 }
 

@@ -96,39 +96,45 @@ double reach_of(const OneWay& way, const Path& at, const Path& there, const Edge
     return way.model.contact.margin + moved(at, found.s) + moved(there, found.t) + way.known_change();
 }
 
-void add(const OneWay& way, Index own, Index other, const EdgePlace& found) {
+/// fast   it was seen to come in, and goes back as fast as a vertex that was
+void add(const OneWay& way, Index own, Index other, const EdgePlace& found, bool fast) {
     SolidScratch& solids = way.solids;
-    if (found.gap < -way.model.contact.margin) solids.pressed.push_back(solids.touches.size());
+    if (fast && found.gap < -way.model.contact.margin) solids.pressed.push_back(solids.touches.size());
     solids.touches.push_back(make_edge_touch(way, own, other, found));
 }
 
-/// Did the two edges of this key lie in one another at the end of the last step, or press?
-bool pressed_before(const OneWay& way, Index own, Index other) {
-    const collision::Edge &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
+/// Their place in the last step; nullptr: it did not touch there.
+const SolidContact* find_touching_before(const OneWay& way, Index own, Index other) {
+    const auto &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
     SolidContact wanted;
     wanted.touch.a = Thing::body(way.own), wanted.touch.b = Thing::body(way.other);
     for (int k : {0, 1}) wanted.touch.feature_a[k] = e[k], wanted.touch.feature_b[k] = f[k];
     const std::vector<SolidContact>& before = way.solids.contacts_before;
     const auto found = std::lower_bound(before.begin(), before.end(), wanted, kByKey);
-    return found != before.end() && found->key() == wanted.key() && is_touching(found->touch);
+    return found != before.end() && found->key() == wanted.key() && is_touching(found->touch) ? &*found : nullptr;
 }
 
 } // namespace
 
-SharpEdges list_sharp_edges(const BodyModel& body, const std::vector<Index>& leaf_of_triangle) {
+SharpEdges list_sharp_edges(const BodyModel& body) {
     const collision::SurfaceTopology& topology = body.topology;
+    const spheretree::SphereTree& tree = body.covering.tree;
     SharpEdges out;
-    std::vector<std::pair<Index, Index>> by_leaf; // leaf, edge
-    for (const Index e : find_sharp_edges(body.surface, topology)) by_leaf.emplace_back(leaf_of_triangle[topology.edge_owner[e]], e);
-    std::sort(by_leaf.begin(), by_leaf.end());
-    out.leaf_begin.assign(body.covering.tree.sphere_count() + 1, 0);
-    out.leaf_of.assign(topology.edges.size(), kNoIndex);
-    for (const auto& [leaf, edge] : by_leaf) {
-        ++out.leaf_begin[leaf + 1];
-        out.edge.push_back(edge);
-        out.leaf_of[edge] = leaf;
+    out.is_sharp.assign(topology.edges.size(), 0);
+    for (const Index e : find_sharp_edges(body.surface, topology)) out.is_sharp[e] = 1, ++out.count;
+    std::vector<Index> here;
+    out.leaf_begin.push_back(0);
+    for (Index s = 0; s < tree.sphere_count(); ++s) {
+        here.clear();
+        if (tree.is_leaf(s))
+            for (const Index t : tree.items_of(s))
+                for (const Index e : topology.triangle_edges[t])
+                    if (out.has(e)) here.push_back(e);
+        std::sort(here.begin(), here.end());
+        here.erase(std::unique(here.begin(), here.end()), here.end());
+        out.edge.insert(out.edge.end(), here.begin(), here.end());
+        out.leaf_begin.push_back(static_cast<Index>(out.edge.size()));
     }
-    for (std::size_t s = 1; s < out.leaf_begin.size(); ++s) out.leaf_begin[s] += out.leaf_begin[s - 1];
     return out;
 }
 
@@ -157,7 +163,7 @@ std::uint64_t edge_units(const SharpEdges& a, Index leaf_a, const SharpEdges& b,
     return (a.beneath(leaf_a).size() * b.beneath(leaf_b).size() + kEdgePairsPerUnit - 1) / kEdgePairsPerUnit;
 }
 
-void touch_edges(const OneWay& way, LeafPair& pair) {
+void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
     SolidScratch& solids = way.solids;
     const std::span<const Index> edges = solids.bodies[way.own].sharp.beneath(pair.leaf_a);
     const std::span<const Index> edges_there = solids.bodies[way.other].sharp.beneath(pair.leaf_b);
@@ -178,33 +184,54 @@ void touch_edges(const OneWay& way, LeafPair& pair) {
             const Path there = path_of(way, way.other, f);
             const auto found = place(way, e, f, at, there);
             if (!found || found->gap > reach_of(way, at, there, *found)) continue;
-            if (pressed_before(way, e, f)) continue; // touch_edges_before has it
-            if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
-            add(way, e, f, *found);
+            if (find_touching_before(way, e, f) == nullptr) { // else touch_edges_before has it
+                if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
+                if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);
+            }
             pair.gap = std::min(pair.gap, found->gap);
         }
     }
 }
 
-void touch_edges_before(const OneWay& way) {
-    for (const SolidContact& before : way.solids.contacts_before) {
-        const Contact& touch = before.touch;
-        if (!touch.between_edges() || touch.a != Thing::body(way.own) || touch.b != Thing::body(way.other) || !is_touching(touch)) continue;
+void touch_edges_before(const OneWay& way, std::size_t first_touch) {
+    const std::vector<SolidContact>& all = way.solids.contacts_before;
+    const std::pair<Thing, Thing> bodies{Thing::body(way.own), Thing::body(way.other)};
+    const auto first = std::lower_bound(all.begin(), all.end(), bodies, [](const SolidContact& x, const std::pair<Thing, Thing>& wanted) {
+        return std::pair(x.touch.a, x.touch.b) < wanted;
+    });
+    for (auto before = first; before != all.end() && std::pair(before->touch.a, before->touch.b) == bodies; ++before) {
+        const Contact& touch = before->touch;
+        if (!touch.between_edges() || !is_touching(touch)) continue;
         const Index own = find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
         const Index other = find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
         if (!way.solids.bodies[way.own].sharp.has(own) || !way.solids.bodies[way.other].sharp.has(other)) continue; // seen where it pierces
+        if (is_listed(way, first_touch, own, other)) continue;
         const Path at = path_of(way, way.own, own), there = path_of(way, way.other, other);
         if (const auto found = place(way, own, other, at, there); found && found->gap <= reach_of(way, at, there, *found))
-            add(way, own, other, *found);
+            add(way, own, other, *found, before->recovery >= kRecovery || touch.gap >= -way.model.contact.margin);
     }
 }
 
-bool cross_there(const SolidScratch& solids, std::size_t first, std::size_t body, Index v0, Index v1) {
-    for (std::size_t k = first; k < solids.touches.size(); ++k) {
+bool is_listed(const OneWay& way, std::size_t first_touch, Index own, Index other) {
+    const collision::Edge &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
+    for (std::size_t k = first_touch; k < way.solids.touches.size(); ++k) {
+        const Contact& touch = way.solids.touches[k];
+        if (touch.between_edges() && touch.a == Thing::body(way.own) && touch.b == Thing::body(way.other) && touch.feature_a[0] == e[0] &&
+            touch.feature_a[1] == e[1] && touch.feature_b[0] == f[0] && touch.feature_b[1] == f[1])
+            return true;
+    }
+    return false;
+}
+
+bool cross_there(const SolidScratch& solids, std::size_t first_touch, std::size_t body, const Piercing& in, const Piercing& out) {
+    const double aside = 0.5 * (out.s - in.s);
+    for (std::size_t k = first_touch; k < solids.touches.size(); ++k) {
         const Contact& touch = solids.touches[k];
         if (!touch.between_edges() || touch.gap > 0.0) continue;
-        const Index* edge = touch.a == Thing::body(body) ? touch.feature_a : touch.feature_b;
-        if (edge[0] == v0 && edge[1] == v1) return true;
+        const bool is_a = touch.a == Thing::body(body);
+        const Index* edge = is_a ? touch.feature_a : touch.feature_b;
+        const double along = is_a ? touch.bary_a[1] : touch.bary_b[1];
+        if (edge[0] == in.v0 && edge[1] == in.v1 && along >= in.s - aside && along <= out.s + aside) return true;
     }
     return false;
 }

@@ -4,7 +4,7 @@
 // Two edges push where their lines come nearest between the ends of both, along their common normal, if that lies in the normal cone of
 // each (normal_cone.hpp): the distance of the two surfaces has a local minimum there. The sign says which has passed the other. A place that
 // is not yet there is listed as far as the two may come in the next step; one that lies in the other body only if the two edges have
-// crossed in this step (collision::sweep_edge_edge, which misses nothing), if it lay there in the last one, or if one edge passes through
+// crossed in this step (collision::sweep_edge_edge, exact), if it lay or pressed there in the last one, or if one edge passes through
 // both faces of the other (solid_touch.cpp): else edges at two sides of a body would hold one another.
 //
 // source   Johnson & Cohen 2001, "Local minimum distances". Deviates: edges count whose faces meet at more than some 20 degrees at rest; a
@@ -15,8 +15,7 @@
 
 namespace trocar::engine {
 
-/// Of a closed surface (find_sharp_edges), each with one of the leaves that hold it.
-[[nodiscard]] SharpEdges list_sharp_edges(const BodyModel& body, const std::vector<Index>& leaf_of_triangle);
+[[nodiscard]] SharpEdges list_sharp_edges(const BodyModel& body);
 
 /// Where two edges are nearest.
 struct EdgePlace {
@@ -34,13 +33,17 @@ struct EdgePlace {
 /// Units for the pairs of edges beneath two leaves.
 [[nodiscard]] std::uint64_t edge_units(const SharpEdges& a, Index leaf_a, const SharpEdges& b, Index leaf_b);
 
-/// Appends the touches of edges beneath two leaves, and lowers the pair's gap to theirs.
-void touch_edges(const OneWay& way, LeafPair& pair);
+/// Appends the touches of edges beneath two leaves, and lowers the pair's gap to theirs. All touches of the two bodies are those from
+/// `first_touch` on.
+void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair);
 
-/// Appends those that lay in the other body, or pressed, in the last step, and still do, whatever leaves the descent found.
-void touch_edges_before(const OneWay& way);
+/// Appends those of sharp edges that lay in the other body, or pressed, in the last step, and still may, whatever leaves the descent found.
+void touch_edges_before(const OneWay& way, std::size_t first_touch);
 
-/// Among the touches from `first` on: does this edge of one body lie in the other one at a place where edges cross?
-[[nodiscard]] bool cross_there(const SolidScratch& solids, std::size_t first, std::size_t body, Index v0, Index v1);
+/// Are these two edges among the touches?
+[[nodiscard]] bool is_listed(const OneWay& way, std::size_t first_touch, Index own, Index other);
+
+/// Among the touches: do edges cross where this edge of the body lies in the other one?
+[[nodiscard]] bool cross_there(const SolidScratch& solids, std::size_t first_touch, std::size_t body, const Piercing& in, const Piercing& out);
 
 } // namespace trocar::engine

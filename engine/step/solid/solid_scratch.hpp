@@ -31,14 +31,16 @@ struct Piercing {
     Index face = 0;
 };
 
-/// Edges of a closed body's surface that are convex and sharp, by the leaf that has them (edge_touch.hpp).
+/// Edges of a closed body's surface that are convex and sharp, beneath each leaf that has a face of theirs (edge_touch.hpp).
 struct SharpEdges {
-    std::vector<Index> leaf_begin; // [sphere_count + 1]
-    std::vector<Index> edge;       // [sharp edges] of the topology
-    std::vector<Index> leaf_of;    // [edge_count] kNoIndex: it is not sharp
+    std::vector<Index> leaf_begin;      // [sphere_count + 1]
+    std::vector<Index> edge;            // of the topology, by leaf, ascending
+    std::vector<std::uint8_t> is_sharp; // [edge_count]
+    std::size_t count = 0;
 
-    [[nodiscard]] bool has(Index e) const { return e != kNoIndex && leaf_of[e] != kNoIndex; }
+    [[nodiscard]] bool has(Index e) const { return e != kNoIndex && !is_sharp.empty() && is_sharp[e] != 0; }
     [[nodiscard]] std::span<const Index> beneath(Index leaf) const {
+        if (count == 0) return {};
         return std::span(edge).subspan(leaf_begin[leaf], leaf_begin[leaf + 1] - leaf_begin[leaf]);
     }
 };
@@ -86,7 +88,7 @@ struct SolidScratch {
     std::vector<ProbedSphere> heap;
     std::vector<std::pair<Index, Index>> meeting; // bodies, lower first, whose surfaces are looked at
     std::vector<SolidEntry> entries_before;       // those of the last step, while this one lists its own
-    std::vector<std::size_t> pressed;             // in touches: to whose vertex another side is nearer than the one it came by
+    std::vector<std::size_t> pressed;             // in touches: to whose vertex another side is nearer than the one it came by; edges that crossed deep
     std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
     std::vector<Piercing> piercings[2];

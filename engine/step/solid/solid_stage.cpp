@@ -1,6 +1,7 @@
 #include "engine/step/solid/solid_stage.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/prepare/sharp_edges.hpp"
 #include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/contact_response.hpp"
@@ -28,25 +29,25 @@ constexpr std::size_t kReservedPairs = 4096;
 
 void prepare_solids(const SceneModel& model, const State& state, SolidScratch& solids) {
     solids.bodies.resize(model.bodies.size());
-    std::size_t vertices = 0; // of closed bodies that something can touch
+    std::size_t places = 0; // of closed bodies that something can touch
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
         solids.bodies[i].thickness = find_thickness(model.bodies[i].surface.vertices);
         if (!meet_by_surface(model, i, i)) continue;
         solids.bodies[i].inside = InsideTest(model.bodies[i].surface);
         solids.bodies[i].adjacency = make_adjacency(model.bodies[i].topology);
-        vertices += model.bodies[i].surface.vertices.size();
+        places += reserved_places(model.bodies[i].surface, model.bodies[i].topology);
         solids.bodies[i].inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
         solids.bodies[i].leaf_of_triangle.assign(model.bodies[i].surface.triangles.size(), kNoIndex);
         for (Index s = 0; s < tree.sphere_count(); ++s)
             if (tree.is_leaf(s))
                 for (const Index t : tree.items_of(s)) solids.bodies[i].leaf_of_triangle[t] = s;
-        solids.bodies[i].sharp = list_sharp_edges(model.bodies[i], solids.bodies[i].leaf_of_triangle);
+        solids.bodies[i].sharp = list_sharp_edges(model.bodies[i]);
     }
-    solids.entries_before.reserve(vertices);
-    solids.contacts_before.reserve(vertices);
-    solids.pressed.reserve(vertices);
+    solids.entries_before.reserve(places);
+    solids.contacts_before.reserve(places);
+    solids.pressed.reserve(places);
     solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
 

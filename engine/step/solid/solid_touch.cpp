@@ -229,7 +229,8 @@ Index find_edge_between(const collision::SurfaceTopology& topology, Index face_a
 /// An edge goes in by one face and out by the next one, round a sharp edge of the other body: the two cross there. Seen before as a pair of
 /// edges, it is listed already. False: the middle of what lies inside has to do.
 bool touch_where_edges_cross(const OneWay& way, std::size_t first_touch, const Piercing& in, const Piercing& out) {
-    if (cross_there(way.solids, first_touch, way.own, in.v0, in.v1)) return true;
+    if (way.solids.bodies[way.other].sharp.count == 0) return false;
+    if (cross_there(way.solids, first_touch, way.own, in, out)) return true;
     const Index theirs = find_edge_between(way.model.bodies[way.other].topology, in.face, out.face);
     if (!way.solids.bodies[way.other].sharp.has(theirs)) return false;
     const Index mine = find_edge(way.model.bodies[way.own].topology, in.v0, in.v1);
@@ -238,6 +239,7 @@ bool touch_where_edges_cross(const OneWay& way, std::size_t first_touch, const P
     const Index a = turned ? theirs : mine, b = turned ? mine : theirs;
     const auto found = place_edges(ordered, a, b);
     if (!found || found->gap > 0.0) return false;
+    if (is_listed(ordered, first_touch, a, b)) return true;
     way.solids.touches.push_back(make_edge_touch(ordered, a, b, *found));
     return true;
 }
@@ -245,7 +247,7 @@ bool touch_where_edges_cross(const OneWay& way, std::size_t first_touch, const P
 /// Edges that go through the other body with both ends outside: the middle of what lies inside.
 void probe_edges(const OneWay& way, std::size_t first_touch, std::vector<Piercing>& piercings) {
     std::sort(piercings.begin(), piercings.end(),
-              [](const Piercing& x, const Piercing& y) { return std::tie(x.v0, x.v1, x.s) < std::tie(y.v0, y.v1, y.s); });
+              [](const Piercing& x, const Piercing& y) { return std::tie(x.v0, x.v1, x.s, x.face) < std::tie(y.v0, y.v1, y.s, y.face); });
     for (std::size_t k = 1; k < piercings.size(); ++k) {
         const Piercing &in = piercings[k - 1], &out = piercings[k];
         if (in.v0 != out.v0 || in.v1 != out.v1 || !(out.s > in.s)) continue;
@@ -349,6 +351,7 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         solids.bodies[body].vertex_seen.assign(state.bodies[body].surface.size(), kNotSeen);
         solids.bodies[body].sphere_seen.assign(model.bodies[body].covering.tree.sphere_count(), 0);
     }
+    const bool have_edges = solids.bodies[a].sharp.count > 0 && solids.bodies[b].sharp.count > 0;
     line_up(pairs, solids);
     std::size_t next = 0;
     for (bool first = true; take_batch(model, next, solids, account) || first; first = false) {
@@ -358,15 +361,15 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         if (first) probe_entries(from_b);
         list_all_piercings(from_a, solids.batch, true, of_a);
         list_all_piercings(from_b, solids.batch, false, of_b);
-        if (first) touch_edges_before(from_a);
-        for (LeafPair& pair : solids.batch) touch_edges(from_a, pair);
+        if (first && have_edges) touch_edges_before(from_a, first_touch);
+        for (LeafPair& pair : solids.batch) touch_edges(from_a, first_touch, pair);
         solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
     }
     account.settle();
     solids.left_pairs.insert(solids.left_pairs.end(), solids.waiting.begin() + static_cast<std::ptrdiff_t>(next), solids.waiting.end());
     if (needs_all_paths(solids, a, b, model.contact.margin, next < solids.waiting.size())) {
         const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
-        report.unproven_solids += !(all_of_a && all_of_b);
+        report.unproven_solids += !(all_of_a && all_of_b) || have_edges; // paths of vertices, and of no edge
     }
     probe_edges(from_a, first_touch, of_a);
     probe_edges(from_b, first_touch, of_b);
@@ -393,16 +396,19 @@ void touch_own(const SceneModel& model, const State& state, std::size_t body, st
     solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
 }
 
-/// Two edges that crossed in the last step beneath leaves that the budget left in this one; those that touched were looked at (touch_edges_before).
-bool is_left_edge(const SceneModel& model, const Contact& touch, const SolidScratch& solids) {
-    if (is_touching(touch)) return false;
-    const auto leaf_of = [&](const Thing& thing, const Index* vertices) {
-        const Index edge = find_edge(model.bodies[thing.index()].topology, vertices[0], vertices[1]);
-        return edge == kNoIndex ? kNoIndex : solids.bodies[thing.index()].sharp.leaf_of[edge];
+/// Two edges that crossed in the last step: has this one looked at them?
+bool is_seen(const OneWay& way, const Contact& touch) {
+    const Index e = find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
+    const Index f = find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
+    const SolidBodyScratch &own = way.solids.bodies[way.own], &other = way.solids.bodies[way.other];
+    if (e == kNoIndex || f == kNoIndex || is_listed(way, 0, e, f)) return true;
+    const bool sharp = own.sharp.has(e) && other.sharp.has(f);
+    if (sharp && is_touching(touch)) return true; // touch_edges_before
+    const auto granted = [&](std::size_t body, const SolidBodyScratch& scratch, Index edge) {
+        return (scratch.sphere_seen[scratch.leaf_of_triangle[way.model.bodies[body].topology.edge_owner[edge]]] & kGranted) != 0;
     };
-    const LeafPair pair{touch.a.index(), touch.b.index(), leaf_of(touch.a, touch.feature_a), leaf_of(touch.b, touch.feature_b)};
-    if (pair.leaf_a == kNoIndex || pair.leaf_b == kNoIndex) return false;
-    return std::none_of(solids.done_pairs.begin(), solids.done_pairs.end(), [&](const LeafPair& done) { return done.key() == pair.key(); });
+    const bool seen[2] = {granted(way.own, own, e), granted(way.other, other, f)};
+    return sharp ? seen[0] && seen[1] : seen[0] || seen[1];
 }
 
 /// What pressed between two bodies, where this step did not look: it goes on, and what was in stays in.
@@ -412,10 +418,9 @@ void carry_touches(const SceneModel& model, State& state, std::size_t a, std::si
     for (const SolidContact& place : solids.contacts_before) {
         const Contact& touch = place.touch;
         if (!is_between(touch.a.index(), touch.b.index()) || touch.origin != ContactOrigin::Proximity) continue;
-        if (looked && (touch.between_edges() ? !is_left_edge(model, touch, solids)
-                                             : solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen))
-            continue;
         const OneWay way{model, state, solids, report, touch.a.index(), touch.b.index(), state.solids.entries};
+        if (looked && (touch.between_edges() ? is_seen(way, touch) : solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen))
+            continue;
         const std::optional<Contact> now = carry_touch(way, touch);
         if (!now) continue;
         solids.touches.push_back(*now);

@@ -9,7 +9,7 @@ namespace trocar::engine {
 /// Sphere trees of solid bodies that something can touch follow their surfaces over the step, and as far again: a spring
 /// is needed before the surfaces meet, which may be within the next step. With SphereTrees::Heuristic they follow as the paper's do,
 /// and may lose some of their surface. gravity: m/s^2, in this step. Covering trees see motion relative to find_common_motion.
-/// starts   no step was done: what tissue is thrown with counts as what its next step is known to differ by
+/// starts   no step was done: the mean velocity that tissue is thrown with counts as what its next step is known to differ by
 void update_solid_trees(const SceneModel& model, const State& state, const std::optional<Vec3>& gravity, SolidScratch& solids,
                         bool starts = false);
 
