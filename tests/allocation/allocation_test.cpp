@@ -132,6 +132,22 @@ TEST(Solids, AllocateNothingOnceWarm) {
     }
 }
 
+/// A beam that rocks on a wall across it: edges on edges, which come and go.
+TEST(Solids, WhereEdgesCrossAllocateNothingOnceWarm) {
+    const PreparedScene prepared = test::prepare(R"({
+        "name": "beam", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 4}, "gravity": [0, 0, -9810],
+        "bodies": {
+            "beam": {"kind": "deformable", "surface": {"shape": "box", "centre": [4, 3, 12], "extent": [100, 20, 20], "cells": 1},
+                "material": {"young_modulus": 200, "poisson_ratio": 0.3, "density": 1000}, "coarse": {"surface_triangles": 150}},
+            "wall": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -20], "extent": [30, 200, 40], "cells": 1}}},
+        "effects": ["elasticity", "gravity", "coarse_contact"]})");
+    Simulator simulator(prepared.model);
+    (void)test::run_steps(simulator, 100);
+    expect_no_allocation(simulator);
+    const auto& contacts = simulator.state().solids.contacts;
+    EXPECT_TRUE(std::any_of(contacts.begin(), contacts.end(), [](const SolidContact& c) { return c.touch.between_edges(); }));
+}
+
 /// User input, a pull at the tissue, a viewer's snapshot, the X-ray monitor's state: between two steps nothing is allocated either.
 TEST(ViewerSession, AllocatesNothingOnceWarm) {
     const test::BentTube tube{35, "work:20000", kAllEffects, test::kOrgan};

@@ -48,6 +48,8 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
     solids.entries_before.reserve(places);
     solids.contacts_before.reserve(places);
     solids.pressed.reserve(places);
+    solids.touches.reserve(places);
+    for (std::vector<Piercing>& piercings : solids.piercings) piercings.reserve(places);
     solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
 
