@@ -19,11 +19,6 @@ std::vector<Edge> sorted_edges(std::span<const Triangle> triangles) {
     return edges;
 }
 
-Index find_edge(std::span<const Edge> edges, Index a, Index b) {
-    if (a == b) return kNoIndex;
-    return static_cast<Index>(std::lower_bound(edges.begin(), edges.end(), make_edge(a, b)) - edges.begin());
-}
-
 } // namespace
 
 SurfaceTopology make_topology(std::span<const Triangle> triangles, std::size_t vertex_count) {
@@ -38,12 +33,30 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, std::size_t v
         for (int k = 0; k < 3; ++k) {
             assert(t[k] < vertex_count);
             if (topology.vertex_owner[t[k]] == kNoIndex) topology.vertex_owner[t[k]] = id;
-            const Index edge = find_edge(topology.edges, t[k], t[(k + 1) % 3]);
+            const Index edge = find_edge(topology, t[k], t[(k + 1) % 3]);
             topology.triangle_edges[id][k] = edge;
             if (edge != kNoIndex && topology.edge_owner[edge] == kNoIndex) topology.edge_owner[edge] = id;
         }
     }
     return topology;
+}
+
+Index find_edge(const SurfaceTopology& topology, Index v0, Index v1) noexcept {
+    const Edge wanted = make_edge(v0, v1);
+    const auto found = std::lower_bound(topology.edges.begin(), topology.edges.end(), wanted);
+    return found != topology.edges.end() && *found == wanted ? static_cast<Index>(found - topology.edges.begin()) : kNoIndex;
+}
+
+std::vector<EdgeFaces> faces_of_edges(const SurfaceTopology& topology) {
+    std::vector<EdgeFaces> out(topology.edges.size());
+    for (Index id = 0; id < topology.triangles.size(); ++id)
+        for (const Index edge : topology.triangle_edges[id]) {
+            if (edge == kNoIndex) continue;
+            EdgeFaces& faces = out[edge];
+            if (faces.count < faces.face.size()) faces.face[faces.count] = id;
+            ++faces.count;
+        }
+    return out;
 }
 
 } // namespace trocar::collision

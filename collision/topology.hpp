@@ -32,6 +32,17 @@ struct SurfaceTopology {
 /// cost   O(n log n)
 [[nodiscard]] SurfaceTopology make_topology(std::span<const Triangle> triangles, std::size_t vertex_count);
 
+/// Id of the edge between two vertices; kNoIndex: there is none.
+[[nodiscard]] Index find_edge(const SurfaceTopology& topology, Index v0, Index v1) noexcept;
+
+/// What lies around an edge.
+struct EdgeFaces {
+    std::array<Index, 2> face{kNoIndex, kNoIndex}; // the first two by id
+    Index count = 0;                               // of all; 2 on a closed surface whose parts share no edge
+};
+/// [edge_count]
+[[nodiscard]] std::vector<EdgeFaces> faces_of_edges(const SurfaceTopology& topology);
+
 /// One surface over one step: every vertex moves on a straight line at constant speed from t0 to t1. Borrows everything.
 struct SurfaceMotion {
     const SurfaceTopology* topology = nullptr;

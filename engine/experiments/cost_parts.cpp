@@ -21,6 +21,17 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kMagic = "trocar exact run 1\n", kStartMagic = "trocar start of a comparison 1\n";
 
+/// What stands in a file after its magic and its key; nothing where these are others.
+std::optional<std::string> read_part(const std::filesystem::path& file, std::string_view magic, std::uint64_t key) {
+    auto bytes = read_file_bytes(file);
+    if (!bytes || !bytes->starts_with(magic)) return std::nullopt;
+    std::uint64_t found = 0;
+    ByteReader in(std::string_view(*bytes).substr(magic.size()));
+    in.number(found);
+    if (!in.ok() || found != key) return std::nullopt;
+    return bytes->substr(magic.size() + sizeof(found));
+}
+
 /// Written and read by the same calls.
 template <class Stream, class Run>
 void describe(Stream& stream, Run& run) {
@@ -112,13 +123,9 @@ Result<void> CostParts::make_folder() const {
 }
 
 std::optional<State> CostParts::start(const SceneModel& model) const {
-    const auto bytes = read_file_bytes(start_file());
-    if (!bytes || !bytes->starts_with(kStartMagic)) return std::nullopt;
-    ByteReader in(std::string_view(*bytes).substr(kStartMagic.size()));
-    std::uint64_t key = 0;
-    in.number(key);
-    if (!in.ok() || key != key_) return std::nullopt;
-    auto state = read_state(model, std::string_view(*bytes).substr(kStartMagic.size() + sizeof(key)));
+    const std::optional<std::string> bytes = read_part(start_file(), kStartMagic, key_);
+    if (!bytes) return std::nullopt;
+    auto state = read_state(model, *bytes);
     return state ? std::optional(std::move(*state)) : std::nullopt;
 }
 
@@ -131,12 +138,9 @@ Result<void> CostParts::keep_start(const State& state) const {
 }
 
 std::optional<ExactRun> CostParts::exact_run() const {
-    const auto bytes = read_file_bytes(exact_file());
-    if (!bytes || !bytes->starts_with(kMagic)) return std::nullopt;
-    ByteReader in(std::string_view(*bytes).substr(kMagic.size()));
-    std::uint64_t key = 0;
-    in.number(key);
-    if (!in.ok() || key != key_) return std::nullopt;
+    const std::optional<std::string> bytes = read_part(exact_file(), kMagic, key_);
+    if (!bytes) return std::nullopt;
+    ByteReader in(*bytes);
     ExactRun run;
     describe(in, run);
     if (!in.ok() || !in.at_end() || run.every == 0 || run.tips.size() != run.steps) return std::nullopt;

@@ -26,6 +26,11 @@ bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
     return touches_itself(model, body);
 }
 
+std::size_t reserved_places(const BodyModel& body) noexcept {
+    constexpr std::size_t kCrossings = 4;
+    return body.surface.vertices.size() + kCrossings * body.sharp_edges.size();
+}
+
 bool are_all_free(const SceneModel& model) noexcept {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;

@@ -18,6 +18,9 @@ namespace trocar::engine {
 /// Is there anything that this body can touch, itself included?
 [[nodiscard]] bool can_touch_any(const SceneModel& model, std::size_t body) noexcept;
 
+/// Places of its surface that lists of contact are reserved for: its vertices, and some crossings of each sharp edge.
+[[nodiscard]] std::size_t reserved_places(const BodyModel& body) noexcept;
+
 /// No solid that something can touch stands still, is held, or is moved by a script.
 [[nodiscard]] bool are_all_free(const SceneModel& model) noexcept;
 

@@ -69,6 +69,7 @@ struct BodyModel {
     Vec3 velocity = Vec3::Zero();           // m/s, of tissue at the start
     Vec3 spin = Vec3::Zero();               // rad/s, of tissue at the start
     collision::SurfaceTopology topology;
+    std::vector<Index> sharp_edges;                   // closed solid bodies: of the topology (find_sharp_edges)
     std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systolic position; hollow bodies under the effect pulse
     spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree, or one from a file, the tree alone
     std::optional<spheretree::DeformingTree> wrapped; // solid bodies on coarse nodes, unless SphereTrees::Covering

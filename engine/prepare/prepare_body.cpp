@@ -282,26 +282,25 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
     summary.longest_link_m = links.max_length;
 }
 
-} // namespace
-
 /// Sharp corners that the coarse mesh does not reach: what strikes them turns their links, and they sink into it.
 void note_corners(const Scene& scene, const SceneBody& body, const BodyModel& model, BodySummary& summary) {
     if (!scene.effects.coarse_contact || !model.links || !(model.links->max_length > scene.contact.margin)) return;
-    const std::vector<Index> sharp = find_sharp_edges(model.surface, model.topology);
     const fem::RigidLinks& links = *model.links;
     double farthest = 0.0;
-    for (const Index e : sharp)
+    for (const Index e : model.sharp_edges)
         for (const Index v : model.topology.edges[e]) {
             if (links.vertex_frame[v] == kNoIndex) continue;
             Vec3 on_mesh = Vec3::Zero();
             for (std::size_t k = 0; k < 3; ++k) on_mesh += links.vertex_weight[v][k] * links.node_rest[links.frame_nodes[links.vertex_frame[v]][k]];
             farthest = std::max(farthest, (model.surface.vertices[v] - on_mesh).norm());
         }
-    if (farthest > scene.contact.margin)
-        summary.notes.push_back(fmt::format("{} sharp edges, with corners up to {:.3g} mm off the coarse mesh: struck, these may sink in by as much; what helps: {}",
-                                            sharp.size(), 1e3 * farthest,
-                                            body.coarse.lattice && body.coarse.file.empty() ? "\"mesher\": \"tetgen\"" : "more \"surface_triangles\""));
+    if (!(farthest > scene.contact.margin)) return;
+    const char* remedy = !body.coarse.file.empty() ? "a mesh that reaches them" : body.coarse.lattice ? "\"mesher\": \"tetgen\"" : "more \"surface_triangles\"";
+    summary.notes.push_back(fmt::format("{} sharp edges, with corners up to {:.3g} mm off the coarse mesh: struck, these may sink in by as much; what helps: {}",
+                                        model.sharp_edges.size(), 1e3 * farthest, remedy));
 }
+
+} // namespace
 
 Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
     const SceneAllowance allowance(scene, prepared);
@@ -340,7 +339,8 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
-        if (model.closed) note_corners(scene, body, model, summary);
+        if (model.closed) model.sharp_edges = find_sharp_edges(model.surface, model.topology);
+        note_corners(scene, body, model, summary);
     }
     prepared.model.bodies.push_back(std::move(model));
     prepared.bodies.push_back(std::move(summary));

@@ -1,7 +1,6 @@
 #include "engine/prepare/sharp_edges.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace trocar::engine {
 
@@ -13,19 +12,12 @@ constexpr double kSharpEdge = 0.94;
 } // namespace
 
 std::vector<Index> find_sharp_edges(const TriMesh& surface, const collision::SurfaceTopology& topology) {
-    std::vector<std::array<Index, 2>> faces(topology.edges.size(), {kNoIndex, kNoIndex});
-    std::vector<Index> count(topology.edges.size(), 0);
-    for (Index face = 0; face < topology.triangles.size(); ++face)
-        for (const Index edge : topology.triangle_edges[face])
-            if (edge != kNoIndex) {
-                if (count[edge] < 2) faces[edge][count[edge]] = face;
-                ++count[edge];
-            }
+    const std::vector<collision::EdgeFaces> faces = collision::faces_of_edges(topology);
     const std::vector<Vec3>& at = surface.vertices;
     std::vector<Index> sharp;
     for (Index e = 0; e < topology.edges.size(); ++e) {
-        if (count[e] != 2) continue;
-        const Triangle &t = topology.triangles[faces[e][0]], &u = topology.triangles[faces[e][1]];
+        if (faces[e].count != 2) continue;
+        const Triangle &t = topology.triangles[faces[e].face[0]], &u = topology.triangles[faces[e].face[1]];
         const Vec3 normal = (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]), beside = (at[u[1]] - at[u[0]]).cross(at[u[2]] - at[u[0]]);
         if (!(normal.dot(beside) < kSharpEdge * normal.norm() * beside.norm())) continue;
         const auto [v0, v1] = topology.edges[e];
@@ -33,11 +25,6 @@ std::vector<Index> find_sharp_edges(const TriMesh& surface, const collision::Sur
         if (apex != u.end() && normal.dot(at[*apex] - at[v0]) < 0.0) sharp.push_back(e); // else a crease
     }
     return sharp;
-}
-
-std::size_t reserved_places(const TriMesh& surface, const collision::SurfaceTopology& topology) {
-    constexpr std::size_t kCrossings = 4;
-    return surface.vertices.size() + kCrossings * find_sharp_edges(surface, topology).size();
 }
 
 } // namespace trocar::engine

@@ -1,7 +1,6 @@
 #include "engine/step/make_scratch.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/prepare/sharp_edges.hpp"
 
 #include "engine/step/instrument/cull_stage.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
@@ -125,7 +124,7 @@ StepScratch make_scratch(const SceneModel& model, State& state, const StepScratc
 void reserve_state(const SceneModel& model, State& state) {
     std::size_t places = 0; // of surfaces whose depths decide
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) places += reserved_places(model.bodies[i].surface, model.bodies[i].topology);
+        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) places += reserved_places(model.bodies[i]);
     }
     state.solids.entries.reserve(places);
     state.solids.contacts.reserve(places);

@@ -58,7 +58,7 @@ TROCAR_MEMBERS(LoadRow, time, value)
 TROCAR_MEMBERS(HeldNodes, pinned, moves, turns, point, axis)
 TROCAR_MEMBERS(BodyLoad, kind, vector, number, over, nodes, share, faces, area)
 TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, host_body, links, self_contact, path, held, loads, node_give,
-               velocity, spin, topology, pulse_reach,
+               velocity, spin, topology, sharp_edges, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)

@@ -10,7 +10,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
+#include <random>
 #include <string>
 
 namespace trocar::engine {
@@ -23,6 +26,21 @@ struct ScratchView {
 } // namespace trocar::engine
 
 namespace trocar::engine::test {
+
+/// Random numbers and attitudes from a printed seed.
+struct Random {
+    std::mt19937_64 engine;
+    explicit Random(unsigned seed) : engine(seed) {}
+    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
+    bool coin() { return between(0.0, 1.0) < 0.5; }
+    Vec3 direction() {
+        std::normal_distribution<double> normal;
+        return Vec3(normal(engine), normal(engine), normal(engine)).normalized();
+    }
+    Mat3 turn() { return Eigen::AngleAxisd(between(0.0, 6.28), direction()).toRotationMatrix(); }
+    /// s, 0.2 to 10 ms
+    double step() { return std::pow(10.0, between(-3.7, -2.0)); }
+};
 
 /// An empty model, and a failed test, when the text is refused.
 inline PreparedScene prepare(const std::string& text) {

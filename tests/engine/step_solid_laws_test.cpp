@@ -5,23 +5,10 @@
 
 #include <Eigen/Geometry>
 
-#include <random>
-
 namespace trocar::engine {
 namespace {
 
 constexpr unsigned kSeed = 20281;
-
-struct Random {
-    std::mt19937_64 engine{kSeed};
-    double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
-    Vec3 direction() {
-        std::normal_distribution<double> normal;
-        return Vec3(normal(engine), normal(engine), normal(engine)).normalized();
-    }
-    /// s, 0.2 to 10 ms
-    double step() { return std::pow(10.0, between(-3.7, -2.0)); }
-};
 
 /// In m, kPa.
 struct SolidScene {
@@ -94,7 +81,7 @@ Vec3 mass_centre(const fem::TissueModel& tissue, const fem::TissueState& state) 
 double energy_of(const StepReport& report) { return report.kinetic_j + report.elastic_j; }
 
 TEST(SolidLaws, AFreeSystemKeepsMomentumAndAngularMomentumAndGainsNoEnergyWhateverTouches) {
-    Random random;
+    test::Random random(kSeed);
     for (int k = 0; k < 12; ++k) {
         SolidScene scene;
         scene.step = random.step();
@@ -168,7 +155,7 @@ TEST(SolidLaws, EqualBallsLeaveAnImpactAsTheShortestStepSaysAtEveryStep) {
 }
 
 TEST(SolidLaws, ATurnedSceneGoesOnTurned) {
-    Random random;
+    test::Random random(kSeed);
     for (int k = 0; k < 3; ++k) {
         SolidScene scene;
         scene.step = random.step();
@@ -200,7 +187,7 @@ TEST(SolidLaws, ATurnedSceneGoesOnTurned) {
 }
 
 TEST(SolidLaws, AFrictionlessPlaneOfAnyTessellationPushesAlongItsNormalAlone) {
-    Random random;
+    test::Random random(kSeed);
     for (const int cells : {1, 3, 16, 40}) {
         SolidScene scene;
         scene.step = random.step();

@@ -2,7 +2,6 @@
 
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/prepare/scripted_motion.hpp"
-#include "engine/prepare/sharp_edges.hpp"
 
 #include <algorithm>
 
@@ -115,7 +114,7 @@ void prepare_contact(const SceneModel& model, ContactScratch& scratch) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         if (body.hollow || !can_touch_any(model, i)) continue; // a state may hold places that another response found
-        places += reserved_places(body.surface, body.topology);
+        places += reserved_places(body);
         if (body.links) scratch.vertex_tet[i] = find_vertex_tets(body, *model.bodies[owner_of(model, i)].tissue);
     }
     scratch.rows.reserve(places);

@@ -1,7 +1,6 @@
 #include "engine/step/solid/edge_touch.hpp"
 
 #include "collision/ccd/sweep.hpp"
-#include "engine/prepare/sharp_edges.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 
@@ -14,8 +13,8 @@ namespace {
 
 /// Sine; edges that are more nearly parallel have no place where they cross: their ends meet faces.
 constexpr double kLeastSine = 0.05;
-/// rad; of an edge's own cone. On the rim of a flat face the common normal lies on the cone's side.
-constexpr double kCosineOfSide = 0.995, kSineOfSide = 0.09987;
+/// Of 0.1 rad, by which an edge's cone is widened: on the rim of a flat face the common normal lies on the cone's side.
+constexpr double kCosineOfSide = 0.995004, kSineOfSide = 0.099833;
 /// Pairs of edges whose boxes are compared for one unit.
 constexpr std::uint64_t kEdgePairsPerUnit = 8;
 
@@ -82,9 +81,8 @@ std::optional<EdgePlace> place(const OneWay& way, Index own, Index other, const 
     found.normal = common / std::sqrt(common_sq);
     if (found.normal.dot(cone.axis) < 0.0) found.normal = -found.normal;
     if (!lies_in(cone, found.normal) || !lies_in(cone_of(way, way.own, own), -found.normal)) return std::nullopt;
-    found.own = at.t1[0] + found.s * along;
-    found.other = there.t1[0] + found.t * across;
-    found.gap = found.normal.dot(found.own - found.other);
+    found.point = there.t1[0] + found.t * across;
+    found.gap = found.normal.dot(at.t1[0] + found.s * along - found.point);
     return found;
 }
 
@@ -103,15 +101,23 @@ void add(const OneWay& way, Index own, Index other, const EdgePlace& found, bool
     solids.touches.push_back(make_edge_touch(way, own, other, found));
 }
 
-/// Their place in the last step; nullptr: it did not touch there.
-const SolidContact* find_touching_before(const OneWay& way, Index own, Index other) {
-    const auto &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
-    SolidContact wanted;
-    wanted.touch.a = Thing::body(way.own), wanted.touch.b = Thing::body(way.other);
-    for (int k : {0, 1}) wanted.touch.feature_a[k] = e[k], wanted.touch.feature_b[k] = f[k];
+/// As the key of a place where two edges cross needs it.
+SolidContact name_edges(const OneWay& way, Index own, Index other) {
+    SolidContact named;
+    named.touch.a = Thing::body(way.own), named.touch.b = Thing::body(way.other);
+    for (std::size_t k : {0u, 1u}) {
+        named.touch.feature_a[k] = way.model.bodies[way.own].topology.edges[own][k];
+        named.touch.feature_b[k] = way.model.bodies[way.other].topology.edges[other][k];
+    }
+    return named;
+}
+
+/// Did the two touch in the last step?
+bool touched_before(const OneWay& way, Index own, Index other) {
+    const SolidContact wanted = name_edges(way, own, other);
     const std::vector<SolidContact>& before = way.solids.contacts_before;
     const auto found = std::lower_bound(before.begin(), before.end(), wanted, kByKey);
-    return found != before.end() && found->key() == wanted.key() && is_touching(found->touch) ? &*found : nullptr;
+    return found != before.end() && found->key() == wanted.key() && is_touching(found->touch);
 }
 
 } // namespace
@@ -121,7 +127,8 @@ SharpEdges list_sharp_edges(const BodyModel& body) {
     const spheretree::SphereTree& tree = body.covering.tree;
     SharpEdges out;
     out.is_sharp.assign(topology.edges.size(), 0);
-    for (const Index e : find_sharp_edges(body.surface, topology)) out.is_sharp[e] = 1, ++out.count;
+    for (const Index e : body.sharp_edges) out.is_sharp[e] = 1;
+    out.count = body.sharp_edges.size();
     std::vector<Index> here;
     out.leaf_begin.push_back(0);
     for (Index s = 0; s < tree.sphere_count(); ++s) {
@@ -143,17 +150,11 @@ std::optional<EdgePlace> place_edges(const OneWay& way, Index own, Index other) 
 }
 
 Contact make_edge_touch(const OneWay& way, Index own, Index other, const EdgePlace& at) {
-    Contact touch;
-    touch.a = Thing::body(way.own);
-    touch.b = Thing::body(way.other);
+    Contact touch = name_edges(way, own, other).touch;
     touch.origin = ContactOrigin::Proximity;
-    touch.point = at.other;
+    touch.point = at.point;
     touch.normal = at.normal;
     touch.gap = at.gap;
-    for (std::size_t k : {0u, 1u}) {
-        touch.feature_a[k] = way.model.bodies[way.own].topology.edges[own][k];
-        touch.feature_b[k] = way.model.bodies[way.other].topology.edges[other][k];
-    }
     touch.bary_a[0] = 1.0 - at.s, touch.bary_a[1] = at.s;
     touch.bary_b[0] = 1.0 - at.t, touch.bary_b[1] = at.t;
     return touch;
@@ -184,7 +185,7 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
             const Path there = path_of(way, way.other, f);
             const auto found = place(way, e, f, at, there);
             if (!found || found->gap > reach_of(way, at, there, *found)) continue;
-            if (find_touching_before(way, e, f) == nullptr) { // else touch_edges_before has it
+            if (!touched_before(way, e, f)) { // else touch_edges_before has it
                 if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
                 if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);
             }
@@ -202,8 +203,8 @@ void touch_edges_before(const OneWay& way, std::size_t first_touch) {
     for (auto before = first; before != all.end() && std::pair(before->touch.a, before->touch.b) == bodies; ++before) {
         const Contact& touch = before->touch;
         if (!touch.between_edges() || !is_touching(touch)) continue;
-        const Index own = find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
-        const Index other = find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
+        const Index own = collision::find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
+        const Index other = collision::find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
         if (!way.solids.bodies[way.own].sharp.has(own) || !way.solids.bodies[way.other].sharp.has(other)) continue; // seen where it pierces
         if (is_listed(way, first_touch, own, other)) continue;
         const Path at = path_of(way, way.own, own), there = path_of(way, way.other, other);
@@ -213,14 +214,9 @@ void touch_edges_before(const OneWay& way, std::size_t first_touch) {
 }
 
 bool is_listed(const OneWay& way, std::size_t first_touch, Index own, Index other) {
-    const collision::Edge &e = way.model.bodies[way.own].topology.edges[own], &f = way.model.bodies[way.other].topology.edges[other];
-    for (std::size_t k = first_touch; k < way.solids.touches.size(); ++k) {
-        const Contact& touch = way.solids.touches[k];
-        if (touch.between_edges() && touch.a == Thing::body(way.own) && touch.b == Thing::body(way.other) && touch.feature_a[0] == e[0] &&
-            touch.feature_a[1] == e[1] && touch.feature_b[0] == f[0] && touch.feature_b[1] == f[1])
-            return true;
-    }
-    return false;
+    const SolidContact wanted = name_edges(way, own, other);
+    return std::any_of(way.solids.touches.begin() + static_cast<std::ptrdiff_t>(first_touch), way.solids.touches.end(),
+                       [&](const Contact& touch) { return SolidContact{touch}.key() == wanted.key(); });
 }
 
 bool cross_there(const SolidScratch& solids, std::size_t first_touch, std::size_t body, const Piercing& in, const Piercing& out) {

@@ -15,14 +15,15 @@
 
 namespace trocar::engine {
 
+/// Of a closed solid body, by leaf.
 [[nodiscard]] SharpEdges list_sharp_edges(const BodyModel& body);
 
 /// Where two edges are nearest.
 struct EdgePlace {
     double s = 0.0, t = 0.0; // [0, 1] along the own edge and the other one
-    Vec3 own = Vec3::Zero(), other = Vec3::Zero(); // m
-    Vec3 normal = Vec3::UnitX();                   // unit, from the other to the own one
-    double gap = 0.0;                              // m, along it
+    Vec3 point = Vec3::Zero();   // m, on the other one
+    Vec3 normal = Vec3::UnitX(); // unit, from the other to the own one
+    double gap = 0.0;            // m, along it
 };
 
 /// Where an edge of one body's topology and one of the other's stand at the end of the step; nothing: they do not meet, as far as their directions say.

@@ -30,19 +30,10 @@ SurfaceAdjacency make_adjacency(const collision::SurfaceTopology& topology) {
     for (std::size_t v = 0; v < topology.vertex_count(); ++v) out.vertex_begin[v + 1] += out.vertex_begin[v];
     out.vertex_face.resize(out.vertex_begin.back());
     std::vector<Index> next(out.vertex_begin.begin(), out.vertex_begin.end() - 1);
-    out.edge_faces.assign(topology.edges.size(), {kNoIndex, kNoIndex});
-    for (Index face = 0; face < topology.triangles.size(); ++face) {
+    for (Index face = 0; face < topology.triangles.size(); ++face)
         for (const Index v : topology.triangles[face]) out.vertex_face[next[v]++] = face;
-        for (const Index edge : topology.triangle_edges[face])
-            if (edge != kNoIndex) out.edge_faces[edge][out.edge_faces[edge][0] == kNoIndex ? 0 : 1] = face;
-    }
+    out.edge_faces = collision::faces_of_edges(topology);
     return out;
-}
-
-Index find_edge(const collision::SurfaceTopology& topology, Index v0, Index v1) noexcept {
-    const collision::Edge wanted{std::min(v0, v1), std::max(v0, v1)};
-    const auto found = std::lower_bound(topology.edges.begin(), topology.edges.end(), wanted);
-    return found != topology.edges.end() && *found == wanted ? static_cast<Index>(found - topology.edges.begin()) : kNoIndex;
 }
 
 NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
@@ -59,7 +50,7 @@ NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<T
 
 NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index v0, Index v1,
                         std::span<const Vec3> positions) noexcept {
-    const Index edge = find_edge(topology, v0, v1);
+    const Index edge = collision::find_edge(topology, v0, v1);
     return edge == kNoIndex ? NormalCone{} : cone_of_edge(adjacency, topology, edge, positions);
 }
 
@@ -68,7 +59,7 @@ NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::Surf
     NormalCone cone;
     Vec3 normal[2];
     std::size_t count = 0;
-    for (const Index face : adjacency.edge_faces[edge])
+    for (const Index face : adjacency.edge_faces[edge].face)
         if (face != kNoIndex) normal[count++] = face_normal(topology.triangles[face], positions);
     cone.axis = spheretree::direction_of(count == 2 ? Vec3(normal[0] + normal[1]) : normal[0]);
     for (std::size_t k = 0; k < count; ++k) cone.cosine = std::min(cone.cosine, cone.axis.dot(normal[k]));
@@ -81,7 +72,7 @@ double facet_cosine(const SurfaceAdjacency& adjacency, const collision::SurfaceT
     double least = 1.0;
     for (const Index edge : topology.triangle_edges[face]) {
         if (edge == kNoIndex) continue;
-        for (const Index other : adjacency.edge_faces[edge]) {
+        for (const Index other : adjacency.edge_faces[edge].face) {
             if (other == kNoIndex || other == face) continue;
             const double cosine = own.dot(face_normal(topology.triangles[other], positions));
             if (cosine > kSharp) least = std::min(least, cosine);

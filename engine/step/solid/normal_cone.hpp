@@ -23,12 +23,9 @@ namespace trocar::engine {
 struct SurfaceAdjacency {
     std::vector<Index> vertex_begin;              // [vertex_count + 1]
     std::vector<Index> vertex_face;               // [entries]
-    std::vector<std::array<Index, 2>> edge_faces; // [edge_count] kNoIndex: an open side
+    std::vector<collision::EdgeFaces> edge_faces; // [edge_count]
 };
 [[nodiscard]] SurfaceAdjacency make_adjacency(const collision::SurfaceTopology& topology);
-
-/// Of the topology's edges; kNoIndex: there is none between the two vertices.
-[[nodiscard]] Index find_edge(const collision::SurfaceTopology& topology, Index v0, Index v1) noexcept;
 
 /// Directions around an axis.
 struct NormalCone {

@@ -1,7 +1,6 @@
 #include "engine/step/solid/solid_stage.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/prepare/sharp_edges.hpp"
 #include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/contact_response.hpp"
@@ -36,7 +35,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
         if (!meet_by_surface(model, i, i)) continue;
         solids.bodies[i].inside = InsideTest(model.bodies[i].surface);
         solids.bodies[i].adjacency = make_adjacency(model.bodies[i].topology);
-        places += reserved_places(model.bodies[i].surface, model.bodies[i].topology);
+        places += reserved_places(model.bodies[i]);
         solids.bodies[i].inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
         solids.bodies[i].leaf_of_triangle.assign(model.bodies[i].surface.triangles.size(), kNoIndex);

@@ -233,7 +233,7 @@ bool touch_where_edges_cross(const OneWay& way, std::size_t first_touch, const P
     if (cross_there(way.solids, first_touch, way.own, in, out)) return true;
     const Index theirs = find_edge_between(way.model.bodies[way.other].topology, in.face, out.face);
     if (!way.solids.bodies[way.other].sharp.has(theirs)) return false;
-    const Index mine = find_edge(way.model.bodies[way.own].topology, in.v0, in.v1);
+    const Index mine = collision::find_edge(way.model.bodies[way.own].topology, in.v0, in.v1);
     const bool turned = way.own > way.other; // an edge of the lower body comes first
     const OneWay ordered{way.model, way.state, way.solids, way.report, std::min(way.own, way.other), std::max(way.own, way.other), way.entries};
     const Index a = turned ? theirs : mine, b = turned ? mine : theirs;
@@ -259,8 +259,8 @@ void probe_edges(const OneWay& way, std::size_t first_touch, std::vector<Piercin
 }
 
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
-/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices and edges of two bodies; the
-/// entries of the vertices that are dropped, from `first_entry` on, go with them.
+/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices and edges of two
+/// bodies; the entries of the vertices that are dropped, from `first_entry` on, go with them.
 void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, State& state, SolidScratch& solids) {
     std::vector<SolidEntry>& listed = state.solids.entries;
     if (first_pressed == solids.pressed.size()) return;
@@ -398,8 +398,8 @@ void touch_own(const SceneModel& model, const State& state, std::size_t body, st
 
 /// Two edges that crossed in the last step: has this one looked at them?
 bool is_seen(const OneWay& way, const Contact& touch) {
-    const Index e = find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
-    const Index f = find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
+    const Index e = collision::find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
+    const Index f = collision::find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
     const SolidBodyScratch &own = way.solids.bodies[way.own], &other = way.solids.bodies[way.other];
     if (e == kNoIndex || f == kNoIndex || is_listed(way, 0, e, f)) return true;
     const bool sharp = own.sharp.has(e) && other.sharp.has(f);
