@@ -1,6 +1,7 @@
 #include "engine/prepare/nested.hpp"
 
 #include "base/inside.hpp"
+#include "base/self_intersection.hpp"
 #include "engine/prepare/body_pairs.hpp"
 
 #include <fmt/format.h>
@@ -31,6 +32,21 @@ void add_overlap(const std::vector<Vec3>& vertices, const Box3& where, const Ins
     }
 }
 
+/// Does an edge of one surface pass through the other one? What crosses need have no vertex inside.
+bool do_cross(const BodyModel& own, const BodyModel& other, const TriangleTree& tree) {
+    const std::vector<Vec3>&at = own.surface.vertices, &there = other.surface.vertices;
+    return std::any_of(own.topology.edges.begin(), own.topology.edges.end(), [&](const collision::Edge& edge) {
+        Box3 box;
+        for (const Index v : edge) box.add(at[v]);
+        bool found = false;
+        tree.for_each_overlapping(box, [&](Index face) {
+            const Triangle& t = other.surface.triangles[face];
+            found = found || segment_pierces(at[edge[0]], at[edge[1]], {there[t[0]], there[t[1]], there[t[2]]});
+        });
+        return found;
+    });
+}
+
 /// A note at the first of two solids that lie partly in one another.
 void note_overlaps(const std::vector<Box3>& boxes, PreparedScene& prepared) {
     const std::vector<BodyModel>& bodies = prepared.model.bodies;
@@ -46,10 +62,12 @@ void note_overlaps(const std::vector<Box3>& boxes, PreparedScene& prepared) {
             Overlap overlap;
             if (bodies[k].closed) add_overlap(bodies[i].surface.vertices, boxes[k], inside_of(k), overlap);
             if (bodies[i].closed) add_overlap(bodies[k].surface.vertices, boxes[i], inside_of(i), overlap);
-            if (overlap.vertices > 0)
-                prepared.bodies[i].notes.push_back(
-                    fmt::format("overlaps {} at the start by up to {:.3g} mm ({} vertices in the other): contact parts the two slowly, which is no load of theirs",
-                                bodies[k].name, 1e3 * overlap.depth, overlap.vertices));
+            const auto crosses = [&](std::size_t own, std::size_t other) { return bodies[other].closed && do_cross(bodies[own], bodies[other], inside_of(other).tree()); };
+            if (overlap.vertices == 0 && !crosses(i, k) && !crosses(k, i)) continue;
+            const std::string how = overlap.vertices > 0 ? fmt::format("by up to {:.3g} mm ({} vertices in the other)", 1e3 * overlap.depth, overlap.vertices)
+                                                         : "(edges cross, with no vertex in the other)";
+            prepared.bodies[i].notes.push_back(
+                fmt::format("overlaps {} at the start {}: contact parts the two slowly, which is no load of theirs", bodies[k].name, how));
         }
 }
 

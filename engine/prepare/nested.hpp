@@ -6,8 +6,8 @@
 namespace trocar::engine {
 
 /// Lists the solids that lie wholly inside another at the start (SceneModel::nested), where one of the two moves, with a note at each. What
-/// is hollow, or embedded in the other, may lie there. Solids with vertices in one another, that will touch, get a note too.
-/// cost   a winding number per vertex, of solids whose boxes overlap
+/// is hollow, or embedded in the other, may lie there. Solids that lie partly in one another, and will touch, get a note too.
+/// cost   a winding number per vertex, and a query per edge, of solids whose boxes overlap
 void find_nested(PreparedScene& prepared);
 
 } // namespace trocar::engine

@@ -105,7 +105,27 @@ TEST(PreparationNotes, SayHowFarTwoSolidsOverlapAtTheStart) {
     };
     EXPECT_THAT(notes_at(-1.5), Contains(HasSubstr("overlaps table at the start by up to 1.5 mm (10 vertices in the other)")));
     EXPECT_THAT(notes_at(0.0), Not(Contains(HasSubstr("overlaps")))) << "it is laid on the table";
+    const auto across = [](double gap) { // no vertex of either is in the other
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
+            "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact"], "bodies": {{
+            "beam": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [1, 2, {}], "extent": [90, 20, 20], "cells": 1}}}},
+            "wall": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -20], "extent": [30, 200, 40], "cells": 1}}}}}}}})",
+                                                                 10.0 + gap));
+        return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
+    };
+    EXPECT_THAT(across(-4.0), Contains(HasSubstr("overlaps wall at the start (edges cross, with no vertex in the other)")));
+    EXPECT_THAT(across(0.0), Not(Contains(HasSubstr("overlaps"))));
     EXPECT_THAT(notes_at(0.5), Not(Contains(HasSubstr("overlaps"))));
+}
+
+TEST(PreparationNotes, SayOfNoShippedSceneOfSolidsThatTheyOverlap) {
+    for (const char* name : {"falling_sphere", "heap", "needle_and_liver", "spikes", "two_organs"}) {
+        const Result<Scene> scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "assets/scenes" / (std::string(name) + ".json"));
+        ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+        const Result<PreparedScene> prepared = make_prepared_scene(*scene);
+        ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
+        for (const BodySummary& body : prepared->bodies) EXPECT_THAT(body.notes, Not(Contains(HasSubstr("overlaps")))) << name << ": " << body.name;
+    }
 }
 
 TEST(PreparationNotes, SayThatCornersStandOffTheLattice) {
