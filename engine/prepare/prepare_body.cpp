@@ -1,5 +1,6 @@
 #include "engine/prepare/node_sets.hpp"
 #include "engine/prepare/prepare_body.hpp"
+#include "base/sharp_edges.hpp"
 #include "base/topology.hpp"
 #include "engine/prepare/pulse.hpp"
 
@@ -7,7 +8,6 @@
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
-#include "engine/prepare/sharp_edges.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
@@ -82,8 +82,9 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
         return error;
     }
     remarks.notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} mm: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes "
-                                        "on the surface, the farthest {:.3g} mm off",
-                                        1e3 * options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, 1e3 * lattice->farthest));
+                                        "on the surface, the farthest {:.3g} mm off{}",
+                                        1e3 * options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, 1e3 * lattice->farthest,
+                                        lattice->corners > 0 ? fmt::format("; {} of its {} sharp corners are nodes", lattice->met_corners, lattice->corners) : ""));
     const auto loose = static_cast<double>(lattice->island_tets), kept = static_cast<double>(lattice->tets.tets.size());
     const Result<void> whole = check_loose_parts(body, lattice->island_tets, loose / (loose + kept), remarks); // congruent before they are fitted
     if (!whole.ok()) return whole.error();
@@ -339,7 +340,8 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
-        if (model.closed) model.sharp_edges = find_sharp_edges(model.surface, model.topology);
+        if (model.closed)
+            for (const auto& [v0, v1] : find_sharp_edges(model.surface)) model.sharp_edges.push_back(collision::find_edge(model.topology, v0, v1));
         note_corners(scene, body, model, summary);
     }
     prepared.model.bodies.push_back(std::move(model));

@@ -13,6 +13,8 @@ namespace {
 
 /// Sine; edges that are more nearly parallel have no place where they cross: their ends meet faces.
 constexpr double kLeastSine = 0.05;
+/// Of an edge's length: so near to an end, it is the end that meets.
+constexpr double kBesideEnd = 1e-3;
 /// Of 0.1 rad, by which an edge's cone is widened: on the rim of a flat face the common normal lies on the cone's side.
 constexpr double kCosineOfSide = 0.995004, kSineOfSide = 0.099833;
 /// Pairs of edges whose boxes are compared for one unit.
@@ -55,16 +57,15 @@ NormalCone cone_of(const OneWay& way, std::size_t body, Index edge) {
     return cone_of_edge(way.solids.bodies[body].adjacency, way.model.bodies[body].topology, edge, way.surface(body));
 }
 
+std::array<collision::SweptPoint, 2> swept(const Vec3 (&from)[2], const Vec3 (&to)[2]) { return {{{from[0], to[0]}, {from[1], to[1]}}}; }
+
 /// Did the two pass through one another in this step, from the side on which they belong?
 bool have_crossed(const Path& own, const Path& other, const Vec3& normal) {
     Vec3 before = (own.t0[1] - own.t0[0]).cross(other.t0[1] - other.t0[0]);
     const Vec3 now = (own.t1[1] - own.t1[0]).cross(other.t1[1] - other.t1[0]);
     if (now.dot(normal) < 0.0) before = -before;
     if (!(before.dot(own.t0[0] - other.t0[0]) >= -kOnSurface * before.norm())) return false;
-    const auto swept = [](const Path& path) {
-        return std::array<collision::SweptPoint, 2>{{{path.t0[0], path.t1[0]}, {path.t0[1], path.t1[1]}}};
-    };
-    return collision::sweep_edge_edge(swept(own), swept(other), {}).hit();
+    return collision::sweep_edge_edge(swept(own.t0, own.t1), swept(other.t0, other.t1), {}).hit();
 }
 
 std::optional<EdgePlace> place(const OneWay& way, Index own, Index other, const Path& at, const Path& there) {
@@ -92,6 +93,47 @@ double reach_of(const OneWay& way, const Path& at, const Path& there, const Edge
         return ((1.0 - along) * (path.t1[0] - path.t0[0]) + along * (path.t1[1] - path.t0[1]) - way.shared()).norm();
     };
     return way.model.contact.margin + moved(at, found.s) + moved(there, found.t) + way.known_change();
+}
+
+/// Where the ends of an edge are after the next step, if it goes on as in this one.
+struct Ahead {
+    Vec3 end[2]; // m
+};
+
+Ahead look_ahead(const OneWay& way, std::size_t body, const Path& path) {
+    const Vec3& change = way.solids.bodies[body].change;
+    return {{path.t1[0] + (path.t1[0] - path.t0[0]) + change, path.t1[1] + (path.t1[1] - path.t0[1]) + change}};
+}
+
+Vec3 between(const Vec3 (&end)[2], double along) { return (1.0 - along) * end[0] + along * end[1]; }
+
+/// Do two edges that are apart meet in the next step? They may pass beside one another, and the plane between them would hold what never
+/// comes. Where it would not, it may stay.
+bool will_meet(const OneWay& way, const Path& at, const Path& there, const EdgePlace& found) {
+    if (found.gap <= way.model.contact.margin) return true;
+    const Ahead ahead = look_ahead(way, way.own, at), ahead_there = look_ahead(way, way.other, there);
+    if (found.normal.dot(between(ahead.end, found.s) - between(ahead_there.end, found.t)) >= 0.0) return true;
+    return collision::sweep_edge_edge(swept(at.t1, ahead.end), swept(there.t1, ahead_there.end), {}).hit();
+}
+
+/// Where two edges that do not cross as they stand will meet in the next step.
+std::optional<EdgePlace> find_coming(const OneWay& way, Index own, Index other, const Path& at, const Path& there) {
+    const Ahead ahead = look_ahead(way, way.own, at), ahead_there = look_ahead(way, way.other, there);
+    const collision::Sweep sweep = collision::sweep_edge_edge(swept(at.t1, ahead.end), swept(there.t1, ahead_there.end), {});
+    if (sweep.outcome != collision::SweepOutcome::Hit) return std::nullopt;
+    EdgePlace found;
+    found.s = sweep.bary[0], found.t = sweep.bary[1];
+    if (!(std::min({found.s, found.t, 1.0 - found.s, 1.0 - found.t}) > kBesideEnd)) return std::nullopt; // an end of theirs meets
+    const auto then = [&](const Vec3 (&from)[2], const Vec3 (&to)[2]) { return Vec3((1.0 - sweep.time) * (from[1] - from[0]) + sweep.time * (to[1] - to[0])); };
+    const Vec3 along = then(at.t1, ahead.end), across = then(there.t1, ahead_there.end), common = along.cross(across);
+    if (!(common.squaredNorm() > kLeastSine * kLeastSine * along.squaredNorm() * across.squaredNorm())) return std::nullopt;
+    found.point = between(there.t1, found.t);
+    const Vec3 apart = between(at.t1, found.s) - found.point;
+    found.normal = common.normalized();
+    if (found.normal.dot(apart) < 0.0) found.normal = -found.normal;
+    found.gap = found.normal.dot(apart);
+    if (!lies_in(cone_of(way, way.other, other), found.normal) || !lies_in(cone_of(way, way.own, own), -found.normal)) return std::nullopt;
+    return found;
 }
 
 /// fast   it was seen to come in, and goes back as fast as a vertex that was
@@ -183,8 +225,9 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
             if (!box.overlaps(solids.edge_boxes[k])) continue;
             const Index f = edges_there[k];
             const Path there = path_of(way, way.other, f);
-            const auto found = place(way, e, f, at, there);
-            if (!found || found->gap > reach_of(way, at, there, *found)) continue;
+            auto found = place(way, e, f, at, there);
+            if (!found) found = find_coming(way, e, f, at, there);
+            if (!found || found->gap > reach_of(way, at, there, *found) || !will_meet(way, at, there, *found)) continue;
             if (!touched_before(way, e, f)) { // else touch_edges_before has it
                 if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
                 if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);

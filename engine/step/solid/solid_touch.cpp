@@ -1,5 +1,6 @@
 #include "engine/step/solid/solid_touch.hpp"
 
+#include "base/sharp_edges.hpp"
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid/carry_touch.hpp"
 #include "engine/step/solid/choose_surfaces.hpp"
@@ -23,6 +24,12 @@ namespace {
 /// Vertices in a step that are looked at because their bodies moved far and the budget left sphere pairs open. A thousand cost about a
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
 constexpr std::size_t kPathProbes = 4096;
+
+/// Cosine of half the cone of normals around a vertex, below which it goes ahead of the faces around it: those of a box's edges have 0.71. What is
+/// flatter, as a table's vertices are beside a block that slides over them, goes in by a face only where it looks at that.
+constexpr double kSharpVertex = 0.77;
+/// Of a path and the surface it passes: three bring the two within a few hundredths of their distance, where the surface is convex.
+constexpr int kPassingRounds = 3;
 
 /// A place of a surface: a vertex, or a point of an edge.
 struct VertexProbe {
@@ -76,6 +83,87 @@ NormalCone cone_at(const OneWay& way, Index v) {
     return cone_of_vertex(way.solids.bodies[way.own].adjacency, way.model.bodies[way.own].surface.triangles, v, way.surface(way.own));
 }
 
+/// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
+double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
+    const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
+    if (!((from > 0.0) != (to > 0.0))) return -1.0;
+    const double s = from / (from - to);
+    const Vec3 x = p + s * (q - p);
+    for (std::size_t k = 0; k < 3; ++k)
+        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < 0.0) return -1.0;
+    return s;
+}
+
+/// turn_touch of what is outside, which also lies on the side that the vertex looks to: a sharp corner does so far from its mean normal.
+bool turn_to_meet(const OneWay& way, Index v, const NormalCone& own, const SurfacePoint& at, const Vec3& place, Contact& touch) {
+    const bool looks_at = -touch.normal.dot(own.axis) >= own.cosine;
+    return turn_touch(way, own, at, place, touch) && (looks_at || !(touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing));
+}
+
+/// m; the way of a vertex in the next step against a place of the other surface, if both go on as in this one.
+Vec3 find_path(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& there) {
+    const Triangle& t = way.face(there.triangle);
+    const Vec3 moved = point_on(t, there.bary, way.surface(way.other)) - point_on(t, there.bary, way.surface_t0(way.other));
+    return place - way.surface_t0(way.own)[v] - moved + way.solids.bodies[way.own].change - way.solids.bodies[way.other].change;
+}
+
+/// The touch of a vertex that is outside with the face by which it goes in on its path, if it goes in and pushes there.
+std::optional<Contact> find_coming_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, const NormalCone& cone) {
+    const std::vector<Vec3>& there = way.surface(way.other);
+    Box3 box;
+    box.add(place);
+    box.add(place + path);
+    double first = 2.0;
+    Index face = kNoIndex;
+    way.solids.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index id) {
+        const Triangle& t = way.face(id);
+        const double s = pierce(place, place + path, {there[t[0]], there[t[1]], there[t[2]]});
+        if (s >= 0.0 && (s < first || (s == first && id < face))) first = s, face = id;
+    });
+    if (face == kNoIndex) return std::nullopt;
+    const Triangle& t = way.face(face);
+    const Vec3 normal = face_normal(there, t);
+    if (!(normal.dot(path) < 0.0)) return std::nullopt;
+    const PointOnTriangle on = closest_on_triangle(place + first * path, there[t[0]], there[t[1]], there[t[2]]);
+    const SurfacePoint at{face, on.point, on.bary, normal.dot(place - on.point)};
+    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, at, false);
+    touch.normal = normal, touch.gap = at.distance;
+    return cone.cosine < kSharpVertex || turn_to_meet(way, v, cone, at, place, touch) ? std::optional(touch) : std::nullopt;
+}
+
+/// The plane between the path of a vertex that passes by and the place of the other surface that it comes nearest to: it holds the vertex only where it
+/// leaves its path, as what strikes something else in the step does.
+std::optional<Contact> find_passing_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, const SurfacePoint& nearest, const NormalCone& cone) {
+    SurfacePoint at = nearest;
+    Vec3 passing = place;
+    for (int round = 0; round < kPassingRounds; ++round) { // to and fro between the path and the surface
+        passing = place + std::clamp(path.dot(at.point - place) / path.squaredNorm(), 0.0, 1.0) * path;
+        const auto hit = way.solids.bodies[way.other].inside.tree().closest(passing);
+        if (!hit) return std::nullopt;
+        at = *hit;
+    }
+    if (!(at.distance > kNoWay)) return std::nullopt;
+    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, passing, at, false);
+    if (!(cone.cosine < kSharpVertex) && !turn_to_meet(way, v, cone, at, passing, touch)) return std::nullopt;
+    touch.gap = touch.normal.dot(place - at.point);
+    return touch.gap > 0.0 && touch.gap + touch.normal.dot(path) >= 0.0 ? std::optional(touch) : std::nullopt;
+}
+
+/// How a vertex that is outside is kept out in the next step: by the plane at what is nearest to it, at the face by which its path goes in, or
+/// between the two where it passes by. The plane at an edge reaches into free space, and what flies past it there is held by nothing.
+/// meets   nearest is what it would push
+std::optional<Contact> choose_touch(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& at, const NormalCone& cone, const Contact& nearest,
+                                    bool meets) {
+    if (meets && nearest.gap <= way.model.contact.margin) return nearest;
+    const Vec3 path = find_path(way, v, place, at);
+    if (meets && nearest.gap + nearest.normal.dot(path) >= 0.0) return nearest; // the plane does not hold it as it goes
+    if (!(path.squaredNorm() > at.distance * at.distance)) return meets ? std::optional(nearest) : std::nullopt;
+    const std::optional<Contact> coming = find_coming_touch(way, v, place, path, cone);
+    if (!coming) return meets ? find_passing_touch(way, v, place, path, at, cone) : std::nullopt;
+    return meets && coming->normal.dot(nearest.normal) > kSharpEdge ? nearest : coming;
+}
+
 /// reach: m, how far the other surface comes, and the margin
 Look test_vertex(const OneWay& way, Index v, double reach) {
     const Vec3 place = way.surface(way.own)[v];
@@ -85,21 +173,23 @@ Look test_vertex(const OneWay& way, Index v, double reach) {
     Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
     SolidScratch& solids = way.solids;
     const NormalCone cone = cone_at(way, v);
-    const bool looks_at = -touch.normal.dot(cone.axis) >= cone.cosine; // a sharp corner does so far from its mean normal
-    const bool meets = standing->pressed || turn_touch(way, cone, standing->at, place, touch);
+    const bool meets = standing->inside ? standing->pressed || turn_touch(way, cone, standing->at, place, touch)
+                                        : turn_to_meet(way, v, cone, standing->at, place, touch);
     if (!standing->inside) {
         const Triangle& face = way.face(standing->at.triangle);
         const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
         const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
-        if (touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change()) return {};
-        if (!meets || (!looks_at && touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing)) return {};
-    } else {
-        if (standing->pressed) solids.pressed.push_back(solids.touches.size());
-        way.report.passed_places += standing->passed;
-        way.entries.push_back({way.own, way.other, v, standing->by, standing->at.distance});
+        const bool is_far = touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change();
+        const std::optional<Contact> chosen = choose_touch(way, v, place, standing->at, cone, touch, meets && !is_far);
+        if (!chosen) return {};
+        solids.touches.push_back(*chosen);
+        return {kNear, chosen->gap};
     }
+    if (standing->pressed) solids.pressed.push_back(solids.touches.size());
+    way.report.passed_places += standing->passed;
+    way.entries.push_back({way.own, way.other, v, standing->by, standing->at.distance});
     if (meets) solids.touches.push_back(touch);
-    return {standing->inside ? kInside : kNear, touch.gap};
+    return {kInside, touch.gap};
 }
 
 /// The middle of what lies inside of an edge.
@@ -166,18 +256,6 @@ bool probe_paths(const OneWay& way, std::size_t& probes_left, SurfaceAccount& ac
         scratch.vertex_seen[v] = test_vertex(way, v, reach).seen;
     }
     return true;
-}
-
-/// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
-double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
-    const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
-    const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
-    if (!((from > 0.0) != (to > 0.0))) return -1.0;
-    const double s = from / (from - to);
-    const Vec3 x = p + s * (q - p);
-    for (std::size_t k = 0; k < 3; ++k)
-        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < 0.0) return -1.0;
-    return s;
 }
 
 /// Where edges beneath a sphere pass through the other surface, unless an end of theirs or a corner there lies inside and pushes
