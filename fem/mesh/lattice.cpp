@@ -126,6 +126,11 @@ public:
                 else
                     relax(mesh, around[node], node);
             }
+        for (Index node = 0; node < mesh.vertices.size(); ++node) { // corners that stay out of reach
+            if (target_[node] != Target::Corner || mesh.vertices[node] == corner_[node]) continue;
+            target_[node] = Target::Surface;
+            draw_to_surface(mesh, around[node], node, least_sharp());
+        }
         measure_fit(mesh, outside, report);
     }
 
@@ -228,7 +233,7 @@ private:
         const Vec3 from = mesh.vertices[node];
         const double bound = std::min(least, thinnest(mesh, tets));
         for (const double share : {1.0, 0.7, 0.4, 0.2}) {
-            mesh.vertices[node] = from + share * (to - from);
+            mesh.vertices[node] = share == 1.0 ? to : Vec3(from + share * (to - from));
             if (thinnest(mesh, tets) >= bound) return;
         }
         mesh.vertices[node] = from;

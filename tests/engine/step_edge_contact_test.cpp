@@ -48,11 +48,12 @@ std::string fixed_bar(const std::string& name, const EdgeBar& bar) {
     return fmt::format(R"("{}": {{"kind": "static", "surface": "{}"}})", name, bar_file(name, bar));
 }
 
-PreparedScene prepare_bars(const std::string& bodies, double step, const Vec3& gravity, const std::string& budget = "exact", const std::string& trees = "covering") {
-    return test::prepare(fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 10}}, "budget": "{}",
+PreparedScene prepare_bars(const std::string& bodies, double step, const Vec3& gravity, const std::string& budget = "exact", const std::string& trees = "covering",
+                           const std::string& integrator = "rk4") {
+    return test::prepare(fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 10, "integrator": "{}"}}, "budget": "{}",
         "gravity": [{}, {}, {}], "bodies": {{{}}}, "contact": {{"sphere_trees": "{}"}},
         "effects": ["elasticity", "gravity", "damping", "coarse_contact"]}})",
-                                     step, budget, gravity.x(), gravity.y(), gravity.z(), bodies, trees));
+                                     step, integrator, budget, gravity.x(), gravity.y(), gravity.z(), bodies, trees));
 }
 
 Mat3 about(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); }
@@ -285,6 +286,7 @@ TEST(TipContact, WhatComesRoundAnEdgeIsMetByTheFaceThatItGoesInBy) {
         Simulator simulator(prepared.model);
         ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
         EXPECT_LT(depth_in_box(box, simulator.state().bodies[0].surface[0]), 0.1e-3);
+        EXPECT_LT((box.turn.transpose() * simulator.state().bodies[0].surface[0]).x(), 0.04) << "it was held by what it passes by";
     }
     EXPECT_GT(beside, 8) << "it starts where the side of the box is nearest";
 }
@@ -315,6 +317,65 @@ TEST(TipContact, WhatFliesPastIsHeldByNothing) {
             ASSERT_EQ(simulator.state().bodies[0].tissue.position, free.state().bodies[0].tissue.position) << "step " << n;
         }
     }
+}
+
+/// The rim of a table looks aside, and no block that slides over it runs into it, though each step expects it to sink by what it falls in one.
+TEST(TipContact, ABlockThatSlidesOverARimIsNotHeldByIt) {
+    for (const auto& [cells, along] : {std::pair{1, false}, {8, false}, {1, true}}) // towards the rim, or with the rim beneath it
+        for (const double step : {0.002, 0.005, 0.01}) {
+            SCOPED_TRACE(fmt::format("{} cells, step {:g} s, {}", cells, step, along ? "along" : "towards"));
+            const EdgeBar block{Vec3(along ? -0.1 : 0.04, along ? 0.141 : 0.0031, 0.0151), {0.03, 0.03, 0.03}, Mat3::Identity()};
+            std::string body = soft_bar("block", block, 500.0, 0.0);
+            body.insert(body.size() - 1, R"(, "velocity": [1, 0, 0])");
+            const PreparedScene prepared = prepare_bars(
+                fmt::format(R"({}, "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -0.01], "extent": [0.3, 0.3, 0.02], "cells": {}}}}})",
+                            body, cells),
+                step, Vec3(0.0, 0.0, -9.81));
+            ASSERT_EQ(prepared.model.bodies.size(), 2u);
+            Simulator simulator(prepared.model);
+            const double from = middle_of(prepared.model, simulator.state(), 0).x();
+            for (int n = 0; n < static_cast<int>(0.1 / step + 0.5); ++n) ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
+            EXPECT_NEAR(middle_of(prepared.model, simulator.state(), 0).x() - from, 0.1, 1e-3);
+        }
+}
+
+/// Bars that strike and graze one another fast, turning, in steps that take them farther than they are thick.
+TEST(TipContact, WhatStrikesFastKeepsMomentumAndAngularMomentum) {
+    test::Random random(kEdgeSeed);
+    int struck = 0;
+    for (int k = 0; k < 20; ++k) {
+        const double speed = random.between(1.0, 4.0), step = std::pow(10.0, random.between(-2.7, -2.0));
+        SCOPED_TRACE(fmt::format("seed {} case {}: {:g} m/s, step {:g} s", kEdgeSeed, k, speed, step));
+        const EdgeBar first{Vec3::Zero(), {0.06, 0.03, 0.02}, random.turn()};
+        const Vec3 towards = random.direction();
+        const EdgeBar second{(0.08 + speed * step) * towards + 0.012 * random.direction(), {0.05, 0.02, 0.02}, random.turn()};
+        std::string bodies = soft_bar("first", first, 500.0, 0.0) + ", " + soft_bar("second", second, 500.0, 0.0);
+        for (std::size_t at = 0; (at = bodies.find("\"viscosity\": 0", at)) != std::string::npos; ++at) bodies.replace(at, 14, "\"viscosity\": 0.02");
+        const PreparedScene prepared = prepare_bars(bodies, step, Vec3::Zero(), "exact", "covering", "leapfrog"); // which keeps a body's own
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        Simulator simulator(prepared.model);
+        State thrown = simulator.state();
+        const Vec3 spin = 20.0 * random.direction();
+        for (std::size_t n = 0; n < thrown.bodies[1].tissue.velocity.size(); ++n)
+            thrown.bodies[1].tissue.velocity[n] = -speed * towards + spin.cross(thrown.bodies[1].tissue.position[n] - second.centre);
+        ASSERT_TRUE(simulator.restore(thrown).ok());
+        const auto momentum = [&](const State& state) {
+            fem::Momentum sum;
+            for (const std::size_t i : {0u, 1u}) {
+                const fem::Momentum own = fem::find_momentum(*prepared.model.bodies[i].tissue, state.bodies[i].tissue);
+                sum.linear += own.linear, sum.angular += own.angular;
+            }
+            return sum;
+        };
+        const fem::Momentum before = momentum(thrown);
+        for (int n = 0; n < static_cast<int>(0.12 / speed / step) + 8; ++n) ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
+        const fem::Momentum after = momentum(simulator.state());
+        const double scale = prepared.model.bodies[1].tissue->mass * speed;
+        EXPECT_LT((after.linear - before.linear).norm(), 1e-9 * scale);
+        EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * 0.1 * scale);
+        struck += fem::find_momentum(*prepared.model.bodies[0].tissue, simulator.state().bodies[0].tissue).linear.norm() > 0.01 * scale;
+    }
+    EXPECT_GT(struck, 10);
 }
 
 TEST(EdgeContact, ABudgetOfAnySizeLetsNoBarThroughTheRails) {

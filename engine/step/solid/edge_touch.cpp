@@ -57,7 +57,18 @@ NormalCone cone_of(const OneWay& way, std::size_t body, Index edge) {
     return cone_of_edge(way.solids.bodies[body].adjacency, way.model.bodies[body].topology, edge, way.surface(body));
 }
 
-std::array<collision::SweptPoint, 2> swept(const Vec3 (&from)[2], const Vec3 (&to)[2]) { return {{{from[0], to[0]}, {from[1], to[1]}}}; }
+/// The next step, if the edge goes on as in this one.
+Path go_on(const OneWay& way, std::size_t body, const Path& path) {
+    const Vec3& change = way.solids.bodies[body].change;
+    return {{path.t1[0], path.t1[1]}, {path.t1[0] + (path.t1[0] - path.t0[0]) + change, path.t1[1] + (path.t1[1] - path.t0[1]) + change}};
+}
+
+Vec3 between(const Vec3 (&end)[2], double along) { return (1.0 - along) * end[0] + along * end[1]; }
+
+collision::Sweep sweep(const Path& own, const Path& other) {
+    const auto swept = [](const Path& path) { return std::array<collision::SweptPoint, 2>{{{path.t0[0], path.t1[0]}, {path.t0[1], path.t1[1]}}}; };
+    return collision::sweep_edge_edge(swept(own), swept(other), {});
+}
 
 /// Did the two pass through one another in this step, from the side on which they belong?
 bool have_crossed(const Path& own, const Path& other, const Vec3& normal) {
@@ -65,7 +76,7 @@ bool have_crossed(const Path& own, const Path& other, const Vec3& normal) {
     const Vec3 now = (own.t1[1] - own.t1[0]).cross(other.t1[1] - other.t1[0]);
     if (now.dot(normal) < 0.0) before = -before;
     if (!(before.dot(own.t0[0] - other.t0[0]) >= -kOnSurface * before.norm())) return false;
-    return collision::sweep_edge_edge(swept(own.t0, own.t1), swept(other.t0, other.t1), {}).hit();
+    return sweep(own, other).hit();
 }
 
 std::optional<EdgePlace> place(const OneWay& way, Index own, Index other, const Path& at, const Path& there) {
@@ -95,37 +106,40 @@ double reach_of(const OneWay& way, const Path& at, const Path& there, const Edge
     return way.model.contact.margin + moved(at, found.s) + moved(there, found.t) + way.known_change();
 }
 
-/// Where the ends of an edge are after the next step, if it goes on as in this one.
-struct Ahead {
-    Vec3 end[2]; // m
-};
-
-Ahead look_ahead(const OneWay& way, std::size_t body, const Path& path) {
-    const Vec3& change = way.solids.bodies[body].change;
-    return {{path.t1[0] + (path.t1[0] - path.t0[0]) + change, path.t1[1] + (path.t1[1] - path.t0[1]) + change}};
-}
-
-Vec3 between(const Vec3 (&end)[2], double along) { return (1.0 - along) * end[0] + along * end[1]; }
-
-/// Do two edges that are apart meet in the next step? They may pass beside one another, and the plane between them would hold what never
-/// comes. Where it would not, it may stay.
+/// Is it right to hold two edges that cross as they stand, and are apart? Not where their plane would hold them on their way though they pass
+/// beside one another.
 bool will_meet(const OneWay& way, const Path& at, const Path& there, const EdgePlace& found) {
     if (found.gap <= way.model.contact.margin) return true;
-    const Ahead ahead = look_ahead(way, way.own, at), ahead_there = look_ahead(way, way.other, there);
-    if (found.normal.dot(between(ahead.end, found.s) - between(ahead_there.end, found.t)) >= 0.0) return true;
-    return collision::sweep_edge_edge(swept(at.t1, ahead.end), swept(there.t1, ahead_there.end), {}).hit();
+    const Path next = go_on(way, way.own, at), next_there = go_on(way, way.other, there);
+    if (found.normal.dot(between(next.t1, found.s) - between(next_there.t1, found.t)) >= 0.0) return true;
+    return sweep(next, next_there).hit();
+}
+
+/// Does what one edge sweeps, as the other one sees it, come where that one is?
+bool come_near(const Path& own, const Path& other) {
+    const Vec3 way[2] = {other.t1[0] - other.t0[0], other.t1[1] - other.t0[1]};
+    const Vec3 mean = 0.5 * (way[0] + way[1]);
+    Box3 swept, there;
+    for (int k : {0, 1}) {
+        swept.add(own.t0[k]);
+        swept.add(own.t1[k] - mean);
+        there.add(other.t0[k]);
+    }
+    there.inflate((0.5 * (way[1] - way[0])).norm());
+    return swept.overlaps(there);
 }
 
 /// Where two edges that do not cross as they stand will meet in the next step.
 std::optional<EdgePlace> find_coming(const OneWay& way, Index own, Index other, const Path& at, const Path& there) {
-    const Ahead ahead = look_ahead(way, way.own, at), ahead_there = look_ahead(way, way.other, there);
-    const collision::Sweep sweep = collision::sweep_edge_edge(swept(at.t1, ahead.end), swept(there.t1, ahead_there.end), {});
-    if (sweep.outcome != collision::SweepOutcome::Hit) return std::nullopt;
+    const Path next = go_on(way, way.own, at), next_there = go_on(way, way.other, there);
+    if (!come_near(next, next_there)) return std::nullopt;
+    const collision::Sweep met = sweep(next, next_there);
+    if (!met.hit() || met.outcome == collision::SweepOutcome::StartsTouching) return std::nullopt;
     EdgePlace found;
-    found.s = sweep.bary[0], found.t = sweep.bary[1];
+    found.s = met.bary[0], found.t = met.bary[1];
     if (!(std::min({found.s, found.t, 1.0 - found.s, 1.0 - found.t}) > kBesideEnd)) return std::nullopt; // an end of theirs meets
-    const auto then = [&](const Vec3 (&from)[2], const Vec3 (&to)[2]) { return Vec3((1.0 - sweep.time) * (from[1] - from[0]) + sweep.time * (to[1] - to[0])); };
-    const Vec3 along = then(at.t1, ahead.end), across = then(there.t1, ahead_there.end), common = along.cross(across);
+    const auto then = [&](const Path& path) { return Vec3((1.0 - met.time) * (path.t0[1] - path.t0[0]) + met.time * (path.t1[1] - path.t1[0])); };
+    const Vec3 along = then(next), across = then(next_there), common = along.cross(across);
     if (!(common.squaredNorm() > kLeastSine * kLeastSine * along.squaredNorm() * across.squaredNorm())) return std::nullopt;
     found.point = between(there.t1, found.t);
     const Vec3 apart = between(at.t1, found.s) - found.point;
@@ -225,10 +239,11 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
             if (!box.overlaps(solids.edge_boxes[k])) continue;
             const Index f = edges_there[k];
             const Path there = path_of(way, way.other, f);
-            auto found = place(way, e, f, at, there);
-            if (!found) found = find_coming(way, e, f, at, there);
-            if (!found || found->gap > reach_of(way, at, there, *found) || !will_meet(way, at, there, *found)) continue;
-            if (!touched_before(way, e, f)) { // else touch_edges_before has it
+            const auto crossing = place(way, e, f, at, there);
+            const auto found = crossing ? crossing : find_coming(way, e, f, at, there);
+            if (!found || found->gap > reach_of(way, at, there, *found)) continue;
+            if (crossing && !will_meet(way, at, there, *found)) continue;
+            if (!crossing || !touched_before(way, e, f)) { // else touch_edges_before has it
                 if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
                 if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);
             }

@@ -3,7 +3,8 @@
 //
 // Two edges push where their lines come nearest between the ends of both, along their common normal, if that lies in the normal cone of
 // each (normal_cone.hpp): the distance of the two surfaces has a local minimum there. The sign says which has passed the other. A place that
-// is not yet there is listed as far as the two may come in the next step; one that lies in the other body only if the two edges have
+// is not yet there is listed if the two meet in the next step as they go (an exact sweep of it), or if the plane between them does not hold them on
+// that way; one that lies in the other body only if the two edges have
 // crossed in this step (collision::sweep_edge_edge, exact), if it lay or pressed there in the last one, or if one edge passes through
 // both faces of the other (solid_touch.cpp): else edges at two sides of a body would hold one another.
 //

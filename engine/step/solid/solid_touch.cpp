@@ -1,6 +1,5 @@
 #include "engine/step/solid/solid_touch.hpp"
 
-#include "base/sharp_edges.hpp"
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid/carry_touch.hpp"
 #include "engine/step/solid/choose_surfaces.hpp"
@@ -25,9 +24,17 @@ namespace {
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
 constexpr std::size_t kPathProbes = 4096;
 
-/// Cosine of half the cone of normals around a vertex, below which it goes ahead of the faces around it: those of a box's edges have 0.71. What is
-/// flatter, as a table's vertices are beside a block that slides over them, goes in by a face only where it looks at that.
+/// Cosine of half the cone of normals around a vertex, below which it goes ahead of the faces around it: those of a box's edges have 0.71.
 constexpr double kSharpVertex = 0.77;
+/// Of a sharp vertex's mean normal and a face that it goes in by. The rim of a table, whose own is at a right angle to the front of a block that slides
+/// over it, does not go into that.
+constexpr double kGoesIn = -0.05;
+/// Cosine; two planes that are nearly one.
+constexpr double kSamePlane = 0.94;
+/// A path is searched in so many pieces, none farther than the first face that it meets.
+constexpr int kPathPieces = 8;
+/// Of a triangle's doubled area, squared: a path must not slip through where two join.
+constexpr double kPathJoin = 1e-9;
 /// Of a path and the surface it passes: three bring the two within a few hundredths of their distance, where the surface is convex.
 constexpr int kPassingRounds = 3;
 
@@ -84,14 +91,15 @@ NormalCone cone_at(const OneWay& way, Index v) {
 }
 
 /// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
-double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
+/// join   of its doubled area squared, so far outside it counts as in
+double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t, double join = 0.0) {
     const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
     const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
     if (!((from > 0.0) != (to > 0.0))) return -1.0;
     const double s = from / (from - to);
     const Vec3 x = p + s * (q - p);
     for (std::size_t k = 0; k < 3; ++k)
-        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < 0.0) return -1.0;
+        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < -join * normal.squaredNorm()) return -1.0;
     return s;
 }
 
@@ -108,28 +116,39 @@ Vec3 find_path(const OneWay& way, Index v, const Vec3& place, const SurfacePoint
     return place - way.surface_t0(way.own)[v] - moved + way.solids.bodies[way.own].change - way.solids.bodies[way.other].change;
 }
 
-/// The touch of a vertex that is outside with the face by which it goes in on its path, if it goes in and pushes there.
-std::optional<Contact> find_coming_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, const NormalCone& cone) {
+/// The face by which a vertex that is outside goes in on its path; kNoIndex: it does not go in.
+/// free   m, of the path: so far from the surface it begins
+Index find_way_in(const OneWay& way, const Vec3& place, const Vec3& path, double free) {
     const std::vector<Vec3>& there = way.surface(way.other);
-    Box3 box;
-    box.add(place);
-    box.add(place + path);
+    const double start = std::min(1.0, free / path.norm());
     double first = 2.0;
     Index face = kNoIndex;
-    way.solids.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index id) {
-        const Triangle& t = way.face(id);
-        const double s = pierce(place, place + path, {there[t[0]], there[t[1]], there[t[2]]});
-        if (s >= 0.0 && (s < first || (s == first && id < face))) first = s, face = id;
-    });
-    if (face == kNoIndex) return std::nullopt;
+    for (int k = 0; k < kPathPieces && face == kNoIndex; ++k) {
+        Box3 piece;
+        for (const int end : {k, k + 1}) piece.add(place + (start + (1.0 - start) * end / kPathPieces) * path);
+        piece.inflate(kOnSurface);
+        way.solids.bodies[way.other].inside.tree().for_each_overlapping(piece, [&](Index id) {
+            const Triangle& t = way.face(id);
+            if (!(twice_area(t, there).dot(path) < 0.0)) return;
+            const double s = pierce(place, place + path, {there[t[0]], there[t[1]], there[t[2]]}, kPathJoin);
+            if (s >= 0.0 && (s < first || (s == first && id < face))) first = s, face = id;
+        });
+    }
+    return face;
+}
+
+/// The touch of a vertex with the face by which it goes in on its path, if it pushes there.
+std::optional<Contact> find_coming_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, Index face, const NormalCone& cone) {
+    const std::vector<Vec3>& there = way.surface(way.other);
     const Triangle& t = way.face(face);
     const Vec3 normal = face_normal(there, t);
-    if (!(normal.dot(path) < 0.0)) return std::nullopt;
-    const PointOnTriangle on = closest_on_triangle(place + first * path, there[t[0]], there[t[1]], there[t[2]]);
-    const SurfacePoint at{face, on.point, on.bary, normal.dot(place - on.point)};
+    const double height = normal.dot(place - there[t[0]]), sinks = -normal.dot(path);
+    const PointOnTriangle on = closest_on_triangle(place + (height / sinks) * path, there[t[0]], there[t[1]], there[t[2]]);
+    const SurfacePoint at{face, on.point, on.bary, height};
     Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, at, false);
-    touch.normal = normal, touch.gap = at.distance;
-    return cone.cosine < kSharpVertex || turn_to_meet(way, v, cone, at, place, touch) ? std::optional(touch) : std::nullopt;
+    touch.normal = normal, touch.gap = height;
+    const bool goes_in = cone.cosine < kSharpVertex && normal.dot(way.solids.bodies[way.own].vertex_normal[v]) < kGoesIn;
+    return goes_in || turn_to_meet(way, v, cone, at, place, touch) ? std::optional(touch) : std::nullopt;
 }
 
 /// The plane between the path of a vertex that passes by and the place of the other surface that it comes nearest to: it holds the vertex only where it
@@ -145,23 +164,26 @@ std::optional<Contact> find_passing_touch(const OneWay& way, Index v, const Vec3
     }
     if (!(at.distance > kNoWay)) return std::nullopt;
     Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, passing, at, false);
-    if (!(cone.cosine < kSharpVertex) && !turn_to_meet(way, v, cone, at, passing, touch)) return std::nullopt;
+    if (!turn_to_meet(way, v, cone, at, passing, touch)) return std::nullopt;
     touch.gap = touch.normal.dot(place - at.point);
     return touch.gap > 0.0 && touch.gap + touch.normal.dot(path) >= 0.0 ? std::optional(touch) : std::nullopt;
 }
 
-/// How a vertex that is outside is kept out in the next step: by the plane at what is nearest to it, at the face by which its path goes in, or
-/// between the two where it passes by. The plane at an edge reaches into free space, and what flies past it there is held by nothing.
+/// How a vertex that is outside is kept out in the next step: by the plane at what is nearest to it, unless that holds it as it goes; else at the face by
+/// which its path goes in, or between the two where it passes by. The plane at an edge reaches into free space, and what flies past it there is held by nothing.
 /// meets   nearest is what it would push
 std::optional<Contact> choose_touch(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& at, const NormalCone& cone, const Contact& nearest,
                                     bool meets) {
     if (meets && nearest.gap <= way.model.contact.margin) return nearest;
+    if (!meets && !(cone.cosine < kSharpVertex)) return std::nullopt; // flat, and it lies beside
     const Vec3 path = find_path(way, v, place, at);
     if (meets && nearest.gap + nearest.normal.dot(path) >= 0.0) return nearest; // the plane does not hold it as it goes
-    if (!(path.squaredNorm() > at.distance * at.distance)) return meets ? std::optional(nearest) : std::nullopt;
-    const std::optional<Contact> coming = find_coming_touch(way, v, place, path, cone);
-    if (!coming) return meets ? find_passing_touch(way, v, place, path, at, cone) : std::nullopt;
-    return meets && coming->normal.dot(nearest.normal) > kSharpEdge ? nearest : coming;
+    const std::optional<Contact> held = meets ? std::optional(nearest) : std::nullopt;
+    if (!(path.squaredNorm() > at.distance * at.distance)) return held;
+    const Index face = find_way_in(way, place, path, at.distance);
+    if (face == kNoIndex) return meets ? find_passing_touch(way, v, place, path, at, cone) : std::nullopt;
+    const std::optional<Contact> coming = find_coming_touch(way, v, place, path, face, cone);
+    return !coming || (meets && coming->normal.dot(nearest.normal) > kSamePlane) ? held : coming;
 }
 
 /// reach: m, how far the other surface comes, and the margin

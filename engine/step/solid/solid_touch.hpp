@@ -11,7 +11,7 @@ namespace trocar::engine {
 /// (probe_open_pairs): vertices of either body against the other's surface,
 /// and the middles of what lies inside of edges that pierce it where no corner does. Contact::feature_a is a vertex or the
 /// two of an edge, feature_b a triangle or, where edges cross (edge_touch.hpp), the other edge, the gap the signed distance of the place at the end of the step. Places outside are
-/// listed as far as they may come in the next step: the margin and what they moved in this one.
+/// listed as far as they may come in the next step (the margin and what they moved in this one), unless they pass by.
 /// Inside is decided by winding numbers of the whole surface: a leaf alone does not know. Each place counts once, however
 /// many leaf pairs see it. No allocation once the lists have their size.
 ///
