@@ -25,25 +25,4 @@ std::vector<std::array<Index, 2>> find_sharp_edges(const TriMesh& surface, doubl
     return sharp;
 }
 
-std::vector<Index> find_sharp_corners(const TriMesh& surface, const std::vector<std::array<Index, 2>>& edges, double cosine) {
-    std::vector<std::array<Index, 2>> ends; // vertex, and the other end
-    for (const auto& [a, b] : edges) {
-        ends.push_back({a, b});
-        ends.push_back({b, a});
-    }
-    std::sort(ends.begin(), ends.end());
-    const std::vector<Vec3>& at = surface.vertices;
-    std::vector<Index> corners;
-    for (std::size_t begin = 0, end = 0; begin < ends.size(); begin = end) {
-        const Index v = ends[begin][0];
-        while (end < ends.size() && ends[end][0] == v) ++end;
-        if (end - begin == 2) { // a corner only where the two turn
-            const Vec3 in = at[v] - at[ends[begin][1]], out = at[ends[begin + 1][1]] - at[v];
-            if (in.dot(out) >= cosine * in.norm() * out.norm()) continue;
-        }
-        corners.push_back(v);
-    }
-    return corners;
-}
-
 } // namespace trocar

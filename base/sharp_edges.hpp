@@ -1,4 +1,4 @@
-// Edges and corners at which a surface is no curved one in facets.
+// Edges at which a surface is no curved one in facets.
 #pragma once
 
 #include "base/mesh.hpp"
@@ -15,8 +15,5 @@ inline constexpr double kSharpEdge = 0.94;
 /// number of faces are none, nor are edges of faces without area.
 /// surface   outward   cost   O(n log n)
 [[nodiscard]] std::vector<std::array<Index, 2>> find_sharp_edges(const TriMesh& surface, double cosine = kSharpEdge);
-
-/// Vertices where sharp edges end, fork, or turn by more than the angle of the cosine: ascending.
-[[nodiscard]] std::vector<Index> find_sharp_corners(const TriMesh& surface, const std::vector<std::array<Index, 2>>& edges, double cosine);
 
 } // namespace trocar

@@ -82,9 +82,8 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
         return error;
     }
     remarks.notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} mm: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes "
-                                        "on the surface, the farthest {:.3g} mm off{}",
-                                        1e3 * options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, 1e3 * lattice->farthest,
-                                        lattice->corners > 0 ? fmt::format("; {} of its {} sharp corners are nodes", lattice->met_corners, lattice->corners) : ""));
+                                        "on the surface, the farthest {:.3g} mm off",
+                                        1e3 * options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, 1e3 * lattice->farthest));
     const auto loose = static_cast<double>(lattice->island_tets), kept = static_cast<double>(lattice->tets.tets.size());
     const Result<void> whole = check_loose_parts(body, lattice->island_tets, loose / (loose + kept), remarks); // congruent before they are fitted
     if (!whole.ok()) return whole.error();

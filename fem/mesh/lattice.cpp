@@ -1,17 +1,13 @@
 #include "fem/mesh/lattice.hpp"
 
 #include "base/inside.hpp"
-#include "base/sharp_edges.hpp"
 #include "base/topology.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <string>
-#include <tuple>
 
 namespace trocar::fem {
 
@@ -55,42 +51,9 @@ double filled_share(const double value[4]) noexcept {
     return static_cast<double>(inside) / all;
 }
 
-/// Cosine between faces whose edge boundary nodes are drawn to: 40 degrees. What is less sharp loses little when it is rounded off.
-constexpr double kFittedEdge = 0.77;
-/// Of a cell: nodes that are farther are not drawn to a corner, or an edge.
-constexpr double kCornerReach = 2.0, kEdgeReach = 0.6;
-/// Boundary nodes per corner, below which the surface has more of them than the cells can follow, as the steps of voxels are.
-constexpr std::size_t kNodesPerCorner = 2;
-
-/// The sharp edges and corners of a surface, for nodes to lie on.
-class SharpFeatures {
-public:
-    explicit SharpFeatures(const TriMesh& surface) {
-        const std::vector<std::array<Index, 2>> edges = find_sharp_edges(surface, kFittedEdge);
-        TriMesh flat{surface.vertices, {}}; // triangles without area
-        for (const auto& [a, b] : edges) flat.triangles.push_back({a, b, b});
-        tree_.build(flat.vertices, flat.triangles);
-        for (const Index v : find_sharp_corners(surface, edges, kFittedEdge)) corners_.push_back(surface.vertices[v]);
-        std::sort(corners_.begin(), corners_.end(), [](const Vec3& a, const Vec3& b) { return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end()); });
-    }
-    [[nodiscard]] const std::vector<Vec3>& corners() const noexcept { return corners_; }
-    [[nodiscard]] std::optional<SurfacePoint> closest_edge(const Vec3& p, double reach) const noexcept { return tree_.closest(p, reach); }
-    /// Calls visit(corner, distance) for each that is nearer than `reach`.
-    template <class Visit>
-    void for_each_corner(const Vec3& p, double reach, Visit&& visit) const {
-        auto corner = std::lower_bound(corners_.begin(), corners_.end(), p[0] - reach, [](const Vec3& c, double x) { return c[0] < x; });
-        for (; corner != corners_.end() && (*corner)[0] <= p[0] + reach; ++corner)
-            if (const double distance = (*corner - p).norm(); distance < reach) visit(static_cast<Index>(corner - corners_.begin()), distance);
-    }
-
-private:
-    TriangleTree tree_;         // of the edges
-    std::vector<Vec3> corners_; // m, by their first coordinate
-};
-
 class Lattice {
 public:
-    Lattice(const TriMesh& surface, const LatticeOptions& options) : options_(options), inside_(surface), sharp_(surface) {
+    Lattice(const TriMesh& surface, const LatticeOptions& options) : options_(options), inside_(surface) {
         const Box3 box = surface.bounds();
         for (int axis = 0; axis < 3; ++axis) {
             count_[axis] = static_cast<Index>(std::ceil((box.hi[axis] - box.lo[axis]) / options.cell)) + 2;
@@ -118,7 +81,6 @@ public:
         std::vector<bool> outside(mesh.vertices.size(), false);
         for (const Triangle& t : boundary_surface(mesh).triangles)
             for (const Index node : t) outside[node] = true;
-        draw_to_sharp(mesh, around, outside);
         for (unsigned sweep = 0; sweep < options_.sweeps; ++sweep)
             for (Index node = 0; node < mesh.vertices.size(); ++node) {
                 if (outside[node])
@@ -126,11 +88,6 @@ public:
                 else
                     relax(mesh, around[node], node);
             }
-        for (Index node = 0; node < mesh.vertices.size(); ++node) { // corners that stay out of reach
-            if (target_[node] != Target::Corner || mesh.vertices[node] == corner_[node]) continue;
-            target_[node] = Target::Surface;
-            draw_to_surface(mesh, around[node], node, least_sharp());
-        }
         measure_fit(mesh, outside, report);
     }
 
@@ -177,64 +134,13 @@ private:
         return least;
     }
 
-    /// A node that something of the surface claims, the nearest first.
-    struct Claim {
-        double distance; // m
-        Index node, corner;
-        bool operator<(const Claim& other) const noexcept { return std::tie(distance, node, corner) < std::tie(other.distance, other.node, other.corner); }
-    };
-
-    /// One node goes to each corner, and others to the edges: each as far as no tet gets thin.
-    void draw_to_sharp(TetMesh& mesh, const std::vector<std::vector<Index>>& around, const std::vector<bool>& outside) {
-        target_.assign(mesh.vertices.size(), Target::Surface);
-        corner_.assign(mesh.vertices.size(), Vec3::Zero());
-        const auto boundary = static_cast<std::size_t>(std::count(outside.begin(), outside.end(), true));
-        if (sharp_.corners().size() * kNodesPerCorner > boundary) return;
-        std::vector<Claim> claims;
-        for (Index node = 0; node < mesh.vertices.size(); ++node)
-            if (outside[node])
-                sharp_.for_each_corner(mesh.vertices[node], kCornerReach * options_.cell,
-                                       [&](Index corner, double distance) { claims.push_back({distance, node, corner}); });
-        std::sort(claims.begin(), claims.end());
-        std::vector<bool> met(sharp_.corners().size(), false);
-        for (const Claim& claim : claims) {
-            if (met[claim.corner] || target_[claim.node] != Target::Surface) continue;
-            met[claim.corner] = true;
-            target_[claim.node] = Target::Corner;
-            corner_[claim.node] = sharp_.corners()[claim.corner];
-            draw_to(mesh, around[claim.node], claim.node, corner_[claim.node], least_sharp());
-        }
-        claims.clear();
-        for (Index node = 0; node < mesh.vertices.size(); ++node)
-            if (outside[node] && target_[node] == Target::Surface)
-                if (const auto nearest = sharp_.closest_edge(mesh.vertices[node], kEdgeReach * options_.cell)) claims.push_back({nearest->distance, node, kNoIndex});
-        std::sort(claims.begin(), claims.end());
-        for (const Claim& claim : claims) {
-            const Vec3 from = mesh.vertices[claim.node];
-            mesh.vertices[claim.node] = sharp_.closest_edge(from, options_.cell)->point;
-            if (thinnest(mesh, around[claim.node]) >= least_sharp())
-                target_[claim.node] = Target::Edge;
-            else
-                mesh.vertices[claim.node] = from;
-        }
-    }
-
-    [[nodiscard]] double least_sharp() const noexcept { return options_.least_sharp * options_.cell / std::sqrt(2.0); }
-
     void draw_to_surface(TetMesh& mesh, const std::vector<Index>& tets, Index node, double least) const {
-        if (target_[node] == Target::Corner) return draw_to(mesh, tets, node, corner_[node], least_sharp());
-        const bool on_edge = target_[node] == Target::Edge;
-        const auto nearest = on_edge ? sharp_.closest_edge(mesh.vertices[node], options_.cell) : inside_.tree().closest(mesh.vertices[node]);
-        if (nearest) draw_to(mesh, tets, node, nearest->point, on_edge ? least_sharp() : least);
-    }
-
-    /// Where a tet is thinner than that already, none gets thinner.
-    static void draw_to(TetMesh& mesh, const std::vector<Index>& tets, Index node, const Vec3& to, double least) {
+        const auto nearest = inside_.tree().closest(mesh.vertices[node]);
+        if (!nearest) return;
         const Vec3 from = mesh.vertices[node];
-        const double bound = std::min(least, thinnest(mesh, tets));
         for (const double share : {1.0, 0.7, 0.4, 0.2}) {
-            mesh.vertices[node] = share == 1.0 ? to : Vec3(from + share * (to - from));
-            if (thinnest(mesh, tets) >= bound) return;
+            mesh.vertices[node] = from + share * (nearest->point - from);
+            if (thinnest(mesh, tets) >= least) return;
         }
         mesh.vertices[node] = from;
     }
@@ -259,19 +165,11 @@ private:
             ++boundary;
             fitted += distance < 1e-6 * options_.cell;
         }
-        report.corners = sharp_.corners().size();
-        for (Index node = 0; node < mesh.vertices.size(); ++node)
-            report.met_corners += target_[node] == Target::Corner && mesh.vertices[node] == corner_[node];
         report.fitted_share = boundary > 0 ? static_cast<double>(fitted) / static_cast<double>(boundary) : 0.0;
     }
 
-    enum class Target : std::uint8_t { Surface, Edge, Corner };
-
     LatticeOptions options_;
     InsideTest inside_;
-    SharpFeatures sharp_;
-    std::vector<Target> target_; // [node_count] what a boundary node is drawn to
-    std::vector<Vec3> corner_;   // [node_count] m, of those that are drawn to one
     std::array<Index, 3> count_{};
     Vec3 origin_ = Vec3::Zero();
     Index centres_ = 0; // id of the first cube's centre

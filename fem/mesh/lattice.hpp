@@ -2,7 +2,6 @@
 // that of a mesh fitted to every surface triangle. Boundary nodes are drawn to the surface as far as no tet gets thin.
 // This work is based on: Labelle & Shewchuk 2007, "Isosurface stuffing" (the lattice). Deviates: no stencils that cut tets,
 // whose short edges would halve the step; the surface is met within a share of a cell instead, and the report says how well.
-// Corners and edges of more than 40 degrees are met first, by nodes of their own: a corner that stands off the mesh is held by no node.
 #pragma once
 
 #include "base/mesh.hpp"
@@ -14,7 +13,6 @@ struct LatticeOptions {
     double cell = 0.0;            // m, > 0: edge of a cube; 12 tets each
     double least_fill = 0.25;     // [-] share of a tet inside the surface from which it is kept
     double least_altitude = 0.75; // [-] of the undeformed tet's: fitting stops there. Lower fits closer and slows the step
-    double least_sharp = 0.5;     // [-] the same of tets at sharp edges
     unsigned least_tets = 4;      // around a node: lighter ones are spikes on the surface, and go
     unsigned sweeps = 8;          // of fitting
 };
@@ -24,7 +22,6 @@ struct LatticeMesh {
     double volume_ratio = 0.0; // [-] of the mesh to the surface's volume
     double farthest = 0.0;     // m, largest distance of a boundary node from the surface
     double fitted_share = 0.0; // [-] of the boundary nodes that lie on the surface
-    std::size_t corners = 0, met_corners = 0; // sharp corners of the surface, and those that are nodes
     std::size_t islands = 0;   // parts without a face in common with the largest one: dropped
     std::size_t island_tets = 0;
 };

@@ -130,7 +130,8 @@ double find_limit(const StableStep& stable, Integrator integrator) noexcept {
     }
     if (!(stable.omega_max > 0.0)) return kStepSafety * kLeapfrogLimit / stable.damping_rate;
     const double ratio = 0.5 * stable.damping_rate / stable.omega_max;
-    return kStepSafety * kLeapfrogLimit / stable.omega_max * (std::sqrt(1.0 + ratio * ratio) - ratio);
+    const double safety = kStepSafety * (1.0 - kUndampedShare * std::max(0.0, 1.0 - ratio / kDampedRatio));
+    return safety * kLeapfrogLimit / stable.omega_max * (std::sqrt(1.0 + ratio * ratio) - ratio);
 }
 
 StableStep join(const TissueModel& model, const TissueRates& tissue, const ContactSprings* springs, StableStepWorkspace& w,

@@ -199,7 +199,8 @@ TEST(Viscosity, CappedCostsATenthOfTheStepAndNoMore) {
         EXPECT_LT(asked.step, 0.5 * free);
         material.viscosity = cap_viscosity(model, asked, integrator);
         EXPECT_LT(material.viscosity, 50.0);
-        EXPECT_NEAR(stable_step(make_model(mesh, material), integrator) / free, 1.0 - kViscousStepShare, 0.02);
+        const double undamped = integrator == Integrator::Leapfrog ? 1.0 - kUndampedShare : 1.0; // which is shorter
+        EXPECT_NEAR(stable_step(make_model(mesh, material), integrator) / free, (1.0 - kViscousStepShare) / undamped, 0.02);
         material.viscosity *= 0.5;
         model = make_model(mesh, material);
         workspace.warm = false;
