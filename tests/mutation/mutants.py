@@ -80,8 +80,6 @@ MUTANTS = [
            "return sweep(next, next_there).hit();", "return true;", "engine", "TipContact.*"),
     Mutant("coming-anywhere", "what lies flat goes in by faces that it does not look at", "engine/step/solid/solid_touch.cpp",
            "const bool goes_in = cone.cosine < kSharpVertex && ", "const bool goes_in = cone.cosine < 2.0 || ", "engine", "TipContact.*"),
-    Mutant("stubs-its-toe", "a block that slides over a rim is held by its front", "engine/step/solid/solid_passage.cpp",
-           "if (standing) keep_to_own_side(way, vertex, *standing);", "", "engine", "TipContact.ABlock*"),
     Mutant("creases-sharp", "a crease is a sharp edge", "base/sharp_edges.cpp",
            "if (normal.dot(apex - at[uses[0].lo]) < 0.0) sharp", "if (normal.dot(apex - at[uses[0].lo]) < 1e9) sharp", "base", "SharpEdges.*"),
     Mutant("drive-not-written", "a drive command is no number that a path can write", "engine/step/instrument/instrument_stage.cpp",

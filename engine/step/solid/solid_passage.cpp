@@ -114,27 +114,9 @@ std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, 
     return standing;
 }
 
-/// What came in by a side that it does not look at, and lies no deeper beneath one that it looks at than a contact may: a table's rim, over which
-/// the front of a block slides that has sunk in by a hair. The side that it looks at keeps it out.
-void keep_to_own_side(const OneWay& way, Index vertex, Standing& standing) {
-    const double margin = way.model.contact.margin;
-    if (!standing.inside) return;
-    const Vec3& own = way.solids.bodies[way.own].vertex_normal[vertex];
-    if (unit_normal(way.surface(way.other), way.face(standing.at.triangle)).dot(own) < kFacing) return;
-    const auto out = find_way_out(way, way.surface(way.own)[vertex] + margin * own, -own); // it may be through that side by as much
-    if (!out || out->distance > 2.0 * margin) return;
-    const Vec3& place = way.surface(way.own)[vertex];
-    const Vec3 normal = unit_normal(way.surface(way.other), way.face(out->triangle));
-    const double depth = normal.dot(out->point - place);
-    standing = {};
-    standing.inside = depth >= 0.0;
-    standing.by = out->triangle;
-    standing.at = *out;
-    standing.at.point = place + depth * normal;
-    standing.at.distance = std::abs(depth);
-}
+} // namespace
 
-std::optional<Standing> stand(const OneWay& way, Index vertex, double reach) {
+std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
     const SolidBodyScratch& other = way.solids.bodies[way.other];
     const Vec3& place = way.surface(way.own)[vertex];
     const Vec3 moved = place - way.surface_t0(way.own)[vertex];
@@ -159,14 +141,6 @@ std::optional<Standing> stand(const OneWay& way, Index vertex, double reach) {
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
         if (const auto came = stand_behind(way, vertex, met, inside, *nearest, way_of_both + way.model.contact.margin)) return came;
     return as_seen;
-}
-
-} // namespace
-
-std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
-    std::optional<Standing> standing = stand(way, vertex, reach);
-    if (standing) keep_to_own_side(way, vertex, *standing);
-    return standing;
 }
 
 } // namespace trocar::engine
