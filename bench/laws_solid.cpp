@@ -205,6 +205,24 @@ void measure_passing(const std::vector<std::string>& meshers, const std::vector<
         }
 }
 
+/// A block that slides along the rim of a table, a part of it over the rim, past the vertices by which that is divided: what it loses of its way.
+void measure_rims(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    constexpr double kSpeed = 0.9, kSeconds = 0.15; // m/s, s
+    const std::string table = fmt::format(R"(, "table": {{"kind": "static", "surface": {}}})", box_at({0, 0, -0.01}, {0.3, 0.3, 0.02}, 9));
+    for (const std::string& mesher : meshers)
+        for (const double step : steps) {
+            std::string block = body("block", box_at({-0.1, 0.1431, 0.0151}, {0.03, 0.03, 0.03}, 1), 500.0, 0.02, 0.0, mesher);
+            block.insert(block.size() - 1, fmt::format(R"(, "velocity": [{}, 0, 0])", kSpeed));
+            const PreparedScene prepared = prepare_law({.bodies = block + table, .contact = "", .step = step, .gravity = {0, 0, -9.81}});
+            Simulator simulator(prepared.model);
+            const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+            const double from = centre_of(tissue, simulator.state().bodies[0].tissue).x();
+            while (simulator.raw_state().time < kSeconds - 0.5 * step) simulator.step();
+            const double way = centre_of(tissue, simulator.state().bodies[0].tissue).x() - from;
+            rows.push_back({"what slides along a rim keeps its speed", "of its way", 1.0, way / (kSpeed * simulator.raw_state().time), 0.005, setting_of(mesher, step)});
+        }
+}
+
 /// m/s^2 down a slope, and m that it went in the first half of the time; see OnASlope in test_engine
 std::pair<double, double> slide_down(double tangent, double friction, double step, double seconds) {
     LawScene scene;
@@ -281,6 +299,7 @@ std::vector<LawRow> measure_solid_laws(bool quick) {
     for (const std::string& mesher : meshers)
         for (const double step : quick ? std::vector<double>{1e-2} : std::vector<double>{1e-3, 5e-3, 1e-2}) press_a_ball(mesher, step, rows);
     measure_passing(meshers, quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
+    measure_rims(meshers, quick ? steps : std::vector<double>{2e-3, 5e-3, 1e-2}, rows);
     measure_slopes(quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
     return rows;
 }

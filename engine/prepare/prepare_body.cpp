@@ -1,6 +1,5 @@
 #include "engine/prepare/node_sets.hpp"
 #include "engine/prepare/prepare_body.hpp"
-#include "base/sharp_edges.hpp"
 #include "base/topology.hpp"
 #include "engine/prepare/pulse.hpp"
 
@@ -8,6 +7,7 @@
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
+#include "engine/prepare/sharp_edges.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
@@ -339,8 +339,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
-        if (model.closed)
-            for (const auto& [v0, v1] : find_sharp_edges(model.surface)) model.sharp_edges.push_back(collision::find_edge(model.topology, v0, v1));
+        if (model.closed) model.sharp_edges = find_sharp_edges(model.surface, model.topology);
         note_corners(scene, body, model, summary);
     }
     prepared.model.bodies.push_back(std::move(model));

@@ -95,27 +95,26 @@ TEST(PreparationNotes, NameASolidThatStartsWhollyInsideAnother) {
 }
 
 TEST(PreparationNotes, SayHowFarTwoSolidsOverlapAtTheStart) {
-    const auto notes_at = [](double gap) {
+    const auto notes_of = [](const char* block, const char* ground) {
         const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
             "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact"], "bodies": {{
-            "block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, {}], "extent": [20, 20, 20], "cells": 2}}}},
-            "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [100, 100, 10], "cells": 2}}}}}}}})",
-                                                                 10.0 + gap));
+            "block": {{"kind": "deformable", "surface": {{"shape": "box", {}}}}}, "ground": {{"kind": "static", "surface": {{"shape": "box", {}}}}}}}}})",
+                                                                 block, ground));
         return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
     };
-    EXPECT_THAT(notes_at(-1.5), Contains(HasSubstr("overlaps table at the start by up to 1.5 mm (10 vertices in the other)")));
-    EXPECT_THAT(notes_at(0.0), Not(Contains(HasSubstr("overlaps")))) << "it is laid on the table";
-    const auto across = [](double gap) { // no vertex of either is in the other
-        const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
-            "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact"], "bodies": {{
-            "beam": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [1, 2, {}], "extent": [90, 20, 20], "cells": 1}}}},
-            "wall": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -20], "extent": [30, 200, 40], "cells": 1}}}}}}}})",
-                                                                 10.0 + gap));
-        return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
+    const auto on_table = [&](double gap) {
+        return notes_of(fmt::format(R"("centre": [0, 0, {}], "extent": [20, 20, 20], "cells": 2)", 10.0 + gap).c_str(),
+                        R"("centre": [0, 0, -5], "extent": [100, 100, 10], "cells": 2)");
     };
-    EXPECT_THAT(across(-4.0), Contains(HasSubstr("overlaps wall at the start (edges cross, with no vertex in the other)")));
-    EXPECT_THAT(across(0.0), Not(Contains(HasSubstr("overlaps"))));
-    EXPECT_THAT(notes_at(0.5), Not(Contains(HasSubstr("overlaps"))));
+    const auto across_wall = [&](double gap) { // no vertex of either is in the other
+        return notes_of(fmt::format(R"("centre": [1, 2, {}], "extent": [90, 20, 20], "cells": 1)", 10.0 + gap).c_str(),
+                        R"("centre": [0, 0, -20], "extent": [30, 200, 40], "cells": 1)");
+    };
+    EXPECT_THAT(on_table(-1.5), Contains(HasSubstr("overlaps ground at the start by up to 1.5 mm (10 vertices in the other)")));
+    EXPECT_THAT(on_table(0.0), Not(Contains(HasSubstr("overlaps")))) << "it is laid on the table";
+    EXPECT_THAT(on_table(0.5), Not(Contains(HasSubstr("overlaps"))));
+    EXPECT_THAT(across_wall(-4.0), Contains(HasSubstr("overlaps ground at the start (edges cross, with no vertex in the other)")));
+    EXPECT_THAT(across_wall(0.0), Not(Contains(HasSubstr("overlaps"))));
 }
 
 TEST(PreparationNotes, SayOfNoShippedSceneOfSolidsThatTheyOverlap) {

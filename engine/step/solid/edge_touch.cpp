@@ -17,6 +17,8 @@ constexpr double kLeastSine = 0.05;
 constexpr double kBesideEnd = 1e-3;
 /// Of 0.1 rad, by which an edge's cone is widened: on the rim of a flat face the common normal lies on the cone's side.
 constexpr double kCosineOfSide = 0.995004, kSineOfSide = 0.099833;
+/// Cosine; of two places that follow one another, by which they push the same way.
+constexpr double kGoesOn = 0.94;
 /// Pairs of edges whose boxes are compared for one unit.
 constexpr std::uint64_t kEdgePairsPerUnit = 8;
 
@@ -106,9 +108,9 @@ double reach_of(const OneWay& way, const Path& at, const Path& there, const Edge
     return way.model.contact.margin + moved(at, found.s) + moved(there, found.t) + way.known_change();
 }
 
-/// Is it right to hold two edges that cross as they stand, and are apart? Not where their plane would hold them on their way though they pass
-/// beside one another.
-bool will_meet(const OneWay& way, const Path& at, const Path& there, const EdgePlace& found) {
+/// Are two edges that cross as they stand to be listed? Within the margin, where their plane does not hold them as they go, and where they meet on
+/// that way; not where they pass beside one another.
+bool needs_plane(const OneWay& way, const Path& at, const Path& there, const EdgePlace& found) {
     if (found.gap <= way.model.contact.margin) return true;
     const Path next = go_on(way, way.own, at), next_there = go_on(way, way.other, there);
     if (found.normal.dot(between(next.t1, found.s) - between(next_there.t1, found.t)) >= 0.0) return true;
@@ -174,6 +176,22 @@ bool touched_before(const OneWay& way, Index own, Index other) {
     const std::vector<SolidContact>& before = way.solids.contacts_before;
     const auto found = std::lower_bound(before.begin(), before.end(), wanted, kByKey);
     return found != before.end() && found->key() == wanted.key() && is_touching(found->touch);
+}
+
+/// Does a place that touched in the last step go on where these two edges cross? It shares a vertex of each and pushed the same way: a block's edge that
+/// slides along a table's rim comes from one edge of that to the next.
+bool goes_on_there(const OneWay& way, Index own, Index other, const EdgePlace& found) {
+    const collision::Edge &ends = way.model.bodies[way.own].topology.edges[own], &ends_there = way.model.bodies[way.other].topology.edges[other];
+    const auto shares = [](std::span<const Index> corners, const collision::Edge& edge) {
+        return std::any_of(corners.begin(), corners.end(), [&](Index v) { return v == edge[0] || v == edge[1]; });
+    };
+    return std::any_of(way.solids.contacts_before.begin(), way.solids.contacts_before.end(), [&](const SolidContact& before) {
+        const Contact& touch = before.touch;
+        const bool same = touch.a == Thing::body(way.own) && touch.b == Thing::body(way.other);
+        if (!same && !(touch.b == Thing::body(way.own) && touch.a == Thing::body(way.other))) return false;
+        return is_touching(touch) && (same ? 1.0 : -1.0) * touch.normal.dot(found.normal) > kGoesOn &&
+               shares(touch.feature_a, same ? ends : ends_there) && shares(touch.feature_b, same ? ends_there : ends);
+    });
 }
 
 } // namespace
@@ -242,9 +260,9 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
             const auto crossing = place(way, e, f, at, there);
             const auto found = crossing ? crossing : find_coming(way, e, f, at, there);
             if (!found || found->gap > reach_of(way, at, there, *found)) continue;
-            if (crossing && !will_meet(way, at, there, *found)) continue;
+            if (crossing && !needs_plane(way, at, there, *found)) continue;
             if (!crossing || !touched_before(way, e, f)) { // else touch_edges_before has it
-                if (found->gap < 0.0 && !have_crossed(at, there, found->normal)) continue;
+                if (found->gap < 0.0 && !have_crossed(at, there, found->normal) && !goes_on_there(way, e, f, *found)) continue;
                 if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);
             }
             pair.gap = std::min(pair.gap, found->gap);

@@ -24,33 +24,9 @@ Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return s
 
 /// Where the way from `place` along `out` leaves the other body first, through a face that looks that way; nothing: it is beside it.
 std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, const Vec3& out) {
-    const TriangleTree& tree = way.solids.bodies[way.other].inside.tree();
-    const std::vector<Vec3>& at = way.surface(way.other);
-    const Box3 bounds = tree.bounds();
+    const Box3 bounds = way.solids.bodies[way.other].inside.tree().bounds();
     const double length = 0.5 * bounds.extent().norm() + (0.5 * (bounds.lo + bounds.hi) - place).norm();
-    std::optional<SurfacePoint> first;
-    for (int k = 0; k < kPieces && !first; ++k) {
-        Box3 piece;
-        piece.add(place + (length * k / kPieces) * out);
-        piece.add(place + (length * (k + 1) / kPieces) * out);
-        tree.for_each_overlapping(piece, [&](Index triangle) {
-            const Triangle& t = way.face(triangle);
-            const Vec3 area = twice_area(t, at);
-            const double towards = area.dot(out), size_sq = area.squaredNorm();
-            if (!(towards > 0.0)) return;
-            const double distance = area.dot(at[t[0]] - place) / towards;
-            if (!(distance >= 0.0) || (first && !(distance < first->distance))) return;
-            const Vec3 point = place + distance * out;
-            std::array<double, 3> bary;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const Vec3 &from = at[t[(c + 1) % 3]], &to = at[t[(c + 2) % 3]];
-                bary[c] = area.dot((to - from).cross(point - from)) / size_sq;
-                if (bary[c] < -kJoin) return;
-            }
-            first = SurfacePoint{triangle, point, bary, distance};
-        });
-    }
-    return first;
+    return find_face_along(way, place, {out, 0.0, length, 1.0});
 }
 
 double cosine(const OneWay& way, Index triangle_a, Index triangle_b) {
@@ -87,19 +63,23 @@ bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
     return twice_area(t, t0).dot(way.surface_t0(way.own)[vertex] - point_on(t, hit.bary, t0)) >= 0.0;
 }
 
-/// Round a corner from the side it came by another one is nearer. Sheets that meet look at each other: a table's vertex at the rim of a
+/// Does a vertex look at this face of the other? Sheets that meet look at each other.
+bool looks_at(const OneWay& way, Index vertex, Index face) {
+    return unit_normal(way.surface(way.other), way.face(face)).dot(way.solids.bodies[way.own].vertex_normal[vertex]) < kFacing;
+}
+
+/// Round a corner from the side it came by another one is nearer: a table's vertex at the rim of a
 /// block that rests on it goes on pressing on the block's lower side, though the upright one is nearer, and one that the block slides
 /// over is not caught by its front.
 bool stays_round_the_corner(const OneWay& way, Index vertex, Index by, Index nearest) {
-    const Vec3& own = way.solids.bodies[way.own].vertex_normal[vertex];
-    const std::vector<Vec3>& at = way.surface(way.other);
-    return unit_normal(at, way.face(by)).dot(own) < kFacing && !(unit_normal(at, way.face(nearest)).dot(own) < kFacing);
+    return looks_at(way, vertex, by) && !looks_at(way, vertex, nearest);
 }
 
 /// Behind the side by which it came, if it is: the body lies between it and where it came from.
 /// deepest   m; of what lies outside, a longer way back through the body is another part's of it
 std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, bool inside, const SurfacePoint& nearest, double deepest) {
     const double alike = cosine(way, nearest.triangle, by);
+    if (!inside && alike > kFarSide && !looks_at(way, vertex, by) && looks_at(way, vertex, nearest.triangle)) return std::nullopt; // it cut a corner
     Standing standing;
     standing.inside = true;
     standing.by = nearest.triangle; // shallow: it slides along
@@ -114,9 +94,22 @@ std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, 
     return standing;
 }
 
-} // namespace
+/// What lies by a hair in the edge of a body, and nearest to the side that it does not look at, stands behind the one that it looks at: a table's rim, over
+/// which the front of a block has slid that lies on it.
+void keep_to_own_side(const OneWay& way, Index vertex, Standing& standing) {
+    const double margin = way.model.contact.margin;
+    if (!standing.inside || standing.pressed || standing.at.distance > margin || looks_at(way, vertex, standing.at.triangle)) return;
+    const Vec3& place = way.surface(way.own)[vertex];
+    const auto out = find_way_out(way, place, -way.solids.bodies[way.own].vertex_normal[vertex]);
+    if (!out || out->distance > margin || !looks_at(way, vertex, out->triangle)) return;
+    const Vec3 normal = unit_normal(way.surface(way.other), way.face(out->triangle));
+    standing.by = out->triangle;
+    standing.at = *out;
+    standing.at.distance = normal.dot(out->point - place);
+    standing.at.point = place + standing.at.distance * normal;
+}
 
-std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
+std::optional<Standing> stand(const OneWay& way, Index vertex, double reach) {
     const SolidBodyScratch& other = way.solids.bodies[way.other];
     const Vec3& place = way.surface(way.own)[vertex];
     const Vec3 moved = place - way.surface_t0(way.own)[vertex];
@@ -141,6 +134,43 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
         if (const auto came = stand_behind(way, vertex, met, inside, *nearest, way_of_both + way.model.contact.margin)) return came;
     return as_seen;
+}
+
+} // namespace
+
+std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line) {
+    const std::vector<Vec3>& at = way.surface(way.other);
+    std::optional<SurfacePoint> first;
+    for (int k = 0; k < kPieces && !first; ++k) {
+        const auto upto = [&](int piece) { return line.begin + (line.end - line.begin) * piece / kPieces; };
+        const double until = line.end;
+        Box3 piece;
+        piece.add(place + upto(k) * line.direction);
+        piece.add(place + upto(k + 1) * line.direction);
+        way.solids.bodies[way.other].inside.tree().for_each_overlapping(piece, [&](Index triangle) {
+            const Triangle& t = way.face(triangle);
+            const Vec3 area = twice_area(t, at);
+            const double along = area.dot(line.direction), size_sq = area.squaredNorm();
+            if (!(line.side * along > 0.0)) return;
+            const double distance = area.dot(at[t[0]] - place) / along;
+            if (!(distance >= 0.0 && distance <= until) || (first && !(distance < first->distance))) return;
+            const Vec3 point = place + distance * line.direction;
+            std::array<double, 3> bary;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3 &from = at[t[(c + 1) % 3]], &to = at[t[(c + 2) % 3]];
+                bary[c] = area.dot((to - from).cross(point - from)) / size_sq;
+                if (bary[c] < -kJoin) return;
+            }
+            first = SurfacePoint{triangle, point, bary, distance};
+        });
+    }
+    return first;
+}
+
+std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
+    std::optional<Standing> standing = stand(way, vertex, reach);
+    if (standing) keep_to_own_side(way, vertex, *standing);
+    return standing;
 }
 
 } // namespace trocar::engine

@@ -59,6 +59,17 @@ struct Standing {
 /// sweeps of what its path comes near
 [[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
 
+/// A part of a straight line, and the faces that it is asked for.
+struct Line {
+    Vec3 direction;   // unit
+    double begin, end; // m, from the place on
+    double side;      // 1: faces that look along it, -1: against it
+};
+
+/// The first of these faces that the line meets: the place on it, and how far along that is. Nothing: it meets none.
+/// cost   of the boxes that a line's pieces overlap, as far as the first face
+[[nodiscard]] std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line);
+
 /// m/s; what has passed, or lies deep, comes back at this speed where nothing drives it. Faster would heat what is only pressed too hard.
 inline constexpr double kRecovery = 0.1;
 

@@ -11,6 +11,7 @@
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/solid/surface_travel.hpp"
 #include "engine/step/solid/touch_rules.hpp"
+#include "engine/step/solid/vertex_touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,209 +24,6 @@ namespace {
 /// Vertices in a step that are looked at because their bodies moved far and the budget left sphere pairs open. A thousand cost about a
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
 constexpr std::size_t kPathProbes = 4096;
-
-/// Cosine of half the cone of normals around a vertex, below which it goes ahead of the faces around it: those of a box's edges have 0.71.
-constexpr double kSharpVertex = 0.77;
-/// Of a sharp vertex's mean normal and a face that it goes in by. The rim of a table, whose own is at a right angle to the front of a block that slides
-/// over it, does not go into that.
-constexpr double kGoesIn = -0.05;
-/// Cosine; two planes that are nearly one.
-constexpr double kSamePlane = 0.94;
-/// A path is searched in so many pieces, none farther than the first face that it meets.
-constexpr int kPathPieces = 8;
-/// Of a triangle's doubled area, squared: a path must not slip through where two join.
-constexpr double kPathJoin = 1e-9;
-/// Of a path and the surface it passes: three bring the two within a few hundredths of their distance, where the surface is convex.
-constexpr int kPassingRounds = 3;
-
-/// A place of a surface: a vertex, or a point of an edge.
-struct VertexProbe {
-    Index vertex[2] = {kNoIndex, kNoIndex};
-    double weight[2] = {1.0, 0.0};
-
-    [[nodiscard]] Vec3 at(const std::vector<Vec3>& surface) const {
-        return vertex[1] == kNoIndex ? surface[vertex[0]] : Vec3(weight[0] * surface[vertex[0]] + weight[1] * surface[vertex[1]]);
-    }
-};
-
-Vec3 face_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(t, surface)); }
-
-/// What add_touch saw; vertex_seen holds it once a vertex was looked at.
-enum Seen : std::uint8_t { kNotSeen = 0, kFar, kNear, kInside };
-
-struct Look {
-    Seen seen = kFar;
-    double gap = std::numeric_limits<double>::infinity(); // m, of the touch that was listed
-};
-
-/// The touch of a place with what of the other surface it stands before, or behind.
-Contact make_touch(const OneWay& way, const VertexProbe& probe, const Vec3& place, const SurfacePoint& at, bool inside) {
-    const Triangle& face = way.face(at.triangle);
-    Contact touch;
-    touch.a = Thing::body(way.own);
-    touch.b = Thing::body(way.other);
-    touch.origin = ContactOrigin::Proximity;
-    touch.point = at.point;
-    touch.gap = inside ? -at.distance : at.distance;
-    const Vec3 out = inside ? Vec3(at.point - place) : Vec3(place - at.point);
-    touch.normal = at.distance > kNoWay ? Vec3(out / at.distance) : face_normal(way.surface(way.other), face);
-    for (int k = 0; k < 2; ++k) touch.feature_a[k] = probe.vertex[k], touch.bary_a[k] = probe.weight[k];
-    for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = face[k], touch.bary_b[k] = at.bary[k];
-    return touch;
-}
-
-/// Gives the touch the normal by which the two surfaces push there. False: they do not.
-bool turn_touch(const OneWay& way, const NormalCone& own, const SurfacePoint& at, const Vec3& place, Contact& touch) {
-    const double facet = facet_cosine(way.solids.bodies[way.other].adjacency, way.model.bodies[way.other].topology, at.triangle,
-                                      way.surface(way.other));
-    const std::optional<Vec3> normal = choose_normal(own, touch.normal, facet);
-    if (!normal) return false;
-    if (*normal == touch.normal) return true;
-    touch.normal = *normal;
-    touch.gap = normal->dot(place - at.point);
-    return true;
-}
-
-NormalCone cone_at(const OneWay& way, Index v) {
-    return cone_of_vertex(way.solids.bodies[way.own].adjacency, way.model.bodies[way.own].surface.triangles, v, way.surface(way.own));
-}
-
-/// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
-/// join   of its doubled area squared, so far outside it counts as in
-double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t, double join = 0.0) {
-    const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
-    const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
-    if (!((from > 0.0) != (to > 0.0))) return -1.0;
-    const double s = from / (from - to);
-    const Vec3 x = p + s * (q - p);
-    for (std::size_t k = 0; k < 3; ++k)
-        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < -join * normal.squaredNorm()) return -1.0;
-    return s;
-}
-
-/// turn_touch of what is outside, which also lies on the side that the vertex looks to: a sharp corner does so far from its mean normal.
-bool turn_to_meet(const OneWay& way, Index v, const NormalCone& own, const SurfacePoint& at, const Vec3& place, Contact& touch) {
-    const bool looks_at = -touch.normal.dot(own.axis) >= own.cosine;
-    return turn_touch(way, own, at, place, touch) && (looks_at || !(touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing));
-}
-
-/// m; the way of a vertex in the next step against a place of the other surface, if both go on as in this one.
-Vec3 find_path(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& there) {
-    const Triangle& t = way.face(there.triangle);
-    const Vec3 moved = point_on(t, there.bary, way.surface(way.other)) - point_on(t, there.bary, way.surface_t0(way.other));
-    return place - way.surface_t0(way.own)[v] - moved + way.solids.bodies[way.own].change - way.solids.bodies[way.other].change;
-}
-
-/// The face by which a vertex that is outside goes in on its path; kNoIndex: it does not go in.
-/// free   m, of the path: so far from the surface it begins
-Index find_way_in(const OneWay& way, const Vec3& place, const Vec3& path, double free) {
-    const std::vector<Vec3>& there = way.surface(way.other);
-    const double start = std::min(1.0, free / path.norm());
-    double first = 2.0;
-    Index face = kNoIndex;
-    for (int k = 0; k < kPathPieces && face == kNoIndex; ++k) {
-        Box3 piece;
-        for (const int end : {k, k + 1}) piece.add(place + (start + (1.0 - start) * end / kPathPieces) * path);
-        piece.inflate(kOnSurface);
-        way.solids.bodies[way.other].inside.tree().for_each_overlapping(piece, [&](Index id) {
-            const Triangle& t = way.face(id);
-            if (!(twice_area(t, there).dot(path) < 0.0)) return;
-            const double s = pierce(place, place + path, {there[t[0]], there[t[1]], there[t[2]]}, kPathJoin);
-            if (s >= 0.0 && (s < first || (s == first && id < face))) first = s, face = id;
-        });
-    }
-    return face;
-}
-
-/// The touch of a vertex with the face by which it goes in on its path, if it pushes there.
-std::optional<Contact> find_coming_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, Index face, const NormalCone& cone) {
-    const std::vector<Vec3>& there = way.surface(way.other);
-    const Triangle& t = way.face(face);
-    const Vec3 normal = face_normal(there, t);
-    const double height = normal.dot(place - there[t[0]]), sinks = -normal.dot(path);
-    const PointOnTriangle on = closest_on_triangle(place + (height / sinks) * path, there[t[0]], there[t[1]], there[t[2]]);
-    const SurfacePoint at{face, on.point, on.bary, height};
-    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, at, false);
-    touch.normal = normal, touch.gap = height;
-    const bool goes_in = cone.cosine < kSharpVertex && normal.dot(way.solids.bodies[way.own].vertex_normal[v]) < kGoesIn;
-    return goes_in || turn_to_meet(way, v, cone, at, place, touch) ? std::optional(touch) : std::nullopt;
-}
-
-/// The plane between the path of a vertex that passes by and the place of the other surface that it comes nearest to: it holds the vertex only where it
-/// leaves its path, as what strikes something else in the step does.
-std::optional<Contact> find_passing_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, const SurfacePoint& nearest, const NormalCone& cone) {
-    SurfacePoint at = nearest;
-    Vec3 passing = place;
-    for (int round = 0; round < kPassingRounds; ++round) { // to and fro between the path and the surface
-        passing = place + std::clamp(path.dot(at.point - place) / path.squaredNorm(), 0.0, 1.0) * path;
-        const auto hit = way.solids.bodies[way.other].inside.tree().closest(passing);
-        if (!hit) return std::nullopt;
-        at = *hit;
-    }
-    if (!(at.distance > kNoWay)) return std::nullopt;
-    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, passing, at, false);
-    if (!turn_to_meet(way, v, cone, at, passing, touch)) return std::nullopt;
-    touch.gap = touch.normal.dot(place - at.point);
-    return touch.gap > 0.0 && touch.gap + touch.normal.dot(path) >= 0.0 ? std::optional(touch) : std::nullopt;
-}
-
-/// How a vertex that is outside is kept out in the next step: by the plane at what is nearest to it, unless that holds it as it goes; else at the face by
-/// which its path goes in, or between the two where it passes by. The plane at an edge reaches into free space, and what flies past it there is held by nothing.
-/// meets   nearest is what it would push
-std::optional<Contact> choose_touch(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& at, const NormalCone& cone, const Contact& nearest,
-                                    bool meets) {
-    if (meets && nearest.gap <= way.model.contact.margin) return nearest;
-    if (!meets && !(cone.cosine < kSharpVertex)) return std::nullopt; // flat, and it lies beside
-    const Vec3 path = find_path(way, v, place, at);
-    if (meets && nearest.gap + nearest.normal.dot(path) >= 0.0) return nearest; // the plane does not hold it as it goes
-    const std::optional<Contact> held = meets ? std::optional(nearest) : std::nullopt;
-    if (!(path.squaredNorm() > at.distance * at.distance)) return held;
-    const Index face = find_way_in(way, place, path, at.distance);
-    if (face == kNoIndex) return meets ? find_passing_touch(way, v, place, path, at, cone) : std::nullopt;
-    const std::optional<Contact> coming = find_coming_touch(way, v, place, path, face, cone);
-    return !coming || (meets && coming->normal.dot(nearest.normal) > kSamePlane) ? held : coming;
-}
-
-/// reach: m, how far the other surface comes, and the margin
-Look test_vertex(const OneWay& way, Index v, double reach) {
-    const Vec3 place = way.surface(way.own)[v];
-    const double own_way = (place - way.surface_t0(way.own)[v] - way.shared()).norm();
-    const auto standing = find_standing(way, v, reach + own_way);
-    if (!standing) return {};
-    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
-    SolidScratch& solids = way.solids;
-    const NormalCone cone = cone_at(way, v);
-    const bool meets = standing->inside ? standing->pressed || turn_touch(way, cone, standing->at, place, touch)
-                                        : turn_to_meet(way, v, cone, standing->at, place, touch);
-    if (!standing->inside) {
-        const Triangle& face = way.face(standing->at.triangle);
-        const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
-        const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
-        const bool is_far = touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change();
-        const std::optional<Contact> chosen = choose_touch(way, v, place, standing->at, cone, touch, meets && !is_far);
-        if (!chosen) return {};
-        solids.touches.push_back(*chosen);
-        return {kNear, chosen->gap};
-    }
-    if (standing->pressed) solids.pressed.push_back(solids.touches.size());
-    way.report.passed_places += standing->passed;
-    way.entries.push_back({way.own, way.other, v, standing->by, standing->at.distance});
-    if (meets) solids.touches.push_back(touch);
-    return {kInside, touch.gap};
-}
-
-/// The middle of what lies inside of an edge.
-void add_edge_touch(const OneWay& way, const VertexProbe& probe) {
-    const InsideTest& against = way.solids.bodies[way.other].inside;
-    const Vec3 place = probe.at(way.surface(way.own));
-    if (!against.inside(place)) return;
-    const auto hit = against.tree().closest(place);
-    if (!hit) return;
-    Contact touch = make_touch(way, probe, place, *hit, true);
-    const BodyModel& own = way.model.bodies[way.own];
-    const NormalCone cone = cone_of_edge(way.solids.bodies[way.own].adjacency, own.topology, probe.vertex[0], probe.vertex[1], way.surface(way.own));
-    if (turn_touch(way, cone, *hit, place, touch)) way.solids.touches.push_back(touch);
-}
 
 double reach_of(const OneWay& way) {
     const SurfaceTravel& motion = way.solids.bodies[way.other].motion;
@@ -278,6 +76,18 @@ bool probe_paths(const OneWay& way, std::size_t& probes_left, SurfaceAccount& ac
         scratch.vertex_seen[v] = test_vertex(way, v, reach).seen;
     }
     return true;
+}
+
+/// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
+double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
+    const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
+    if (!((from > 0.0) != (to > 0.0))) return -1.0;
+    const double s = from / (from - to);
+    const Vec3 x = p + s * (q - p);
+    for (std::size_t k = 0; k < 3; ++k)
+        if (normal.dot((t[(k + 1) % 3] - t[k]).cross(x - t[k])) < 0.0) return -1.0;
+    return s;
 }
 
 /// Where edges beneath a sphere pass through the other surface, unless an end of theirs or a corner there lies inside and pushes
