@@ -53,7 +53,8 @@ Result<Linked> link_body(const SolidBody& body) {
     if (!links) return links.error();
     spheretree::DeformingTree tree = spheretree::make_deforming_tree(
         body.tree, body.mesh,
-        {links->frame_nodes, links->frame_rest, links->vertex_frame, links->vertex_projection, links->vertex_blend, links->node_rest});
+        {links->frame_nodes, links->frame_rest, links->vertex_frame, links->vertex_projection, links->vertex_blend, links->node_rest,
+         links->affine_nodes, links->affine_weight});
     return Linked{std::move(*links), std::move(tree)};
 }
 

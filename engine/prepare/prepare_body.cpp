@@ -282,6 +282,15 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
     summary.longest_link_m = links.max_length;
 }
 
+/// Ends of sharp edges, each once.
+std::vector<Index> find_sharp_vertices(const BodyModel& model) {
+    std::vector<Index> out;
+    for (const Index e : model.sharp_edges) out.insert(out.end(), {model.topology.edges[e][0], model.topology.edges[e][1]});
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
 /// Sharp corners that the coarse mesh does not reach: what strikes them turns their links, and they sink into it.
 void note_corners(const Scene& scene, const SceneBody& body, const BodyModel& model, BodySummary& summary) {
     if (!scene.effects.coarse_contact || !model.links || !(model.links->max_length > scene.contact.margin)) return;
@@ -289,7 +298,7 @@ void note_corners(const Scene& scene, const SceneBody& body, const BodyModel& mo
     double farthest = 0.0;
     for (const Index e : model.sharp_edges)
         for (const Index v : model.topology.edges[e]) {
-            if (links.vertex_frame[v] == kNoIndex) continue;
+            if (links.vertex_frame[v] == kNoIndex || links.is_affine(links.vertex_frame[v])) continue;
             Vec3 on_mesh = Vec3::Zero();
             for (std::size_t k = 0; k < 3; ++k) on_mesh += links.vertex_weight[v][k] * links.node_rest[links.frame_nodes[links.vertex_frame[v]][k]];
             farthest = std::max(farthest, (model.surface.vertices[v] - on_mesh).norm());
@@ -324,7 +333,6 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     if (model.motion == Motion::Deformable) {
         const Result<void> done = prepare_tissue(scene, body, allowance, prepared.model.bodies, model, coarse.meshes.back(), summary, prepared.notices);
         if (!done.ok()) return done;
-        summarise_links(*model.links, summary);
     }
     model.topology = collision::make_topology(model.surface.triangles, model.surface.vertices.size());
     if (model.hollow) {
@@ -340,8 +348,10 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
         if (model.closed) model.sharp_edges = find_sharp_edges(model.surface, model.topology);
+        if (model.links) fem::follow_tets(*model.links, model.tissue->tet_nodes, model.surface.vertices, find_sharp_vertices(model));
         note_corners(scene, body, model, summary);
     }
+    if (model.links) summarise_links(*model.links, summary);
     prepared.model.bodies.push_back(std::move(model));
     prepared.bodies.push_back(std::move(summary));
     return {};

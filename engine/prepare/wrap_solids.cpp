@@ -84,7 +84,8 @@ Result<void> wrap_solids(const Scene& scene, PreparedScene& prepared) {
         const fem::RigidLinks& links = *body.links;
         body.wrapped = spheretree::make_deforming_tree(
             body.covering.tree, body.surface,
-            {links.frame_nodes, links.frame_rest, links.vertex_frame, links.vertex_projection, links.vertex_blend, links.node_rest});
+            {links.frame_nodes, links.frame_rest, links.vertex_frame, links.vertex_projection, links.vertex_blend, links.node_rest, links.affine_nodes,
+             links.affine_weight});
     }
     return {};
 }

@@ -36,11 +36,11 @@ bool body_fits(const BodyModel& model, const BodyState& body) {
     return body.tissue.position.size() == tissue_nodes && body.tissue.velocity.size() == tissue_nodes &&
            body.surface.size() == model.surface.vertices.size() && are_finite(body.tissue.position) && are_finite(body.tissue.velocity) &&
            keeps_relaxation(model, body.tissue) &&
-           are_finite(body.surface) && body.frames.frame.size() == (model.links ? model.links->frame_nodes.size() : 0) &&
+           are_finite(body.surface) && body.frames.frame.size() == (model.links ? model.links->frame_count() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
            is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
-           is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_nodes.size() : 0);
+           is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_count() : 0);
 }
 
 bool plane_is_finite(const fem::RodPlane& p) {
@@ -75,7 +75,7 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
            state.rod.insertion <= own.rod.design.length && std::isfinite(state.rod.rotation) && f.mode <= FollowMode::Arrived &&
            follow_finite && is_none_or(state.route.points.size(), own.route ? own.route->points.size() : 0) &&
            are_finite(state.route.points) &&
-           is_none_or(state.route_frames.frame.size(), own.route_links ? own.route_links->frame_nodes.size() : 0) &&
+           is_none_or(state.route_frames.frame.size(), own.route_links ? own.route_links->frame_count() : 0) &&
            is_none_or(state.chain.hint.size(), own.chain.capacity()) && state.presses.size() == state.planes.size() &&
            std::all_of(state.planes.begin(), state.planes.end(), wall_plane_fits) &&
            std::all_of(state.self_planes.begin(), state.self_planes.end(), self_plane_fits) &&

@@ -17,7 +17,7 @@ constexpr std::size_t kSparePlanes = 4096;
 
 void reserve_springs(fem::ContactSprings& springs) {
     springs.springs.reserve(kReservedContacts);
-    springs.entries.reserve(12 * kReservedContacts); // a vertex and a triangle's three, of three nodes each
+    springs.entries.reserve(4 * fem::kMostLinkNodes * kReservedContacts); // a vertex and a triangle's three
 }
 
 /// Memory for image-space culling of the skins and their walls, where exact contacts may be culled.

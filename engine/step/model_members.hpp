@@ -35,7 +35,7 @@ TROCAR_MEMBERS(fem::ForceChunk, first_batch, batch_count, first_slot, slot_count
 TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, shares, fibres, tet_of, node_of, record_of, slot_begin, slots, inv_mass)
 TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass, inv_mass, rest_position, pinned, plan, volume, mass)
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
-               degenerate, static_count, max_length, longest, long_count)
+               affine_nodes, affine_weight, degenerate, static_count, max_length, longest, long_count)
 TROCAR_MEMBERS(fem::ProfileRow, from_tip, factor)
 TROCAR_MEMBERS(fem::TipArc, length, angle, plane)
 TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
@@ -48,7 +48,7 @@ TROCAR_MEMBERS(spheretree::SphereTree, spheres, parent, first_child, child_count
 TROCAR_MEMBERS(spheretree::CoveringTree, tree, vertex_begin, vertices)
 TROCAR_MEMBERS(spheretree::ChainTree, tree)
 TROCAR_MEMBERS(spheretree::DeformingTree::Beneath, frame, reach)
-TROCAR_MEMBERS(spheretree::DeformingTree, tree, frame_rest, frame_nodes, node_rest, near_begin, near, turners, beneath_begin, beneath,
+TROCAR_MEMBERS(spheretree::DeformingTree, tree, frame_rest, frame_nodes, affine_nodes, affine_reach, node_rest, near_begin, near, turners, beneath_begin, beneath,
                stands)
 TROCAR_MEMBERS(spheretree::LumenTree, tree, largest_ball, leaf_of_ball, neighbour_begin, neighbours, wall_begin, wall_triangles,
                anchor_begin, anchors, anchor_weights, link_reach, rest_vertices, triangles)

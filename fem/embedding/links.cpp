@@ -41,20 +41,27 @@ Mat3 skew(const Vec3& v) noexcept {
 
 EmbeddedUpdateReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept {
     assert(node_position.size() == links.node_rest.size());
-    frames.frame.resize(links.frame_nodes.size());
+    frames.frame.resize(links.frame_count());
     frames.node.resize(links.node_rest.size());
     for (std::size_t node = 0; node < node_position.size(); ++node)
         for (int axis = 0; axis < 3; ++axis) {
             frames.node[node].x[axis] = node_position[node][axis];
             frames.node[node].v[axis] = node_position[node][axis] - links.node_rest[node][axis];
         }
-    return turn_link_frames(links, frames.node, frames.frame, frames.threads);
+    const std::size_t triangles = links.frame_nodes.size();
+    for (std::size_t k = 0; k < links.affine_nodes.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis) {
+            double sum = 0.0;
+            for (std::size_t i = 0; i < 4; ++i) sum += links.affine_weight[k][i] * frames.node[links.affine_nodes[k][i]].v[axis];
+            frames.frame[triangles + k].displacement[0][axis] = sum;
+        }
+    return turn_link_frames(links, frames.node, std::span(frames.frame).first(triangles), frames.threads);
 }
 
 void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept {
     assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
     assert(rest.data() != out.data() || rest.empty());
-    assert(frames.frame.size() == links.frame_nodes.size());
+    assert(frames.frame.size() == links.frame_count());
     move_vertices(links, frames, rest, out);
 }
 
@@ -68,7 +75,8 @@ EmbeddedUpdateReport update_embedded_surface(const RigidLinks& links, std::span<
 std::size_t embedded_update_bytes(const RigidLinks& links) noexcept {
     constexpr std::size_t kVertex = sizeof(Index) + sizeof(std::array<double, 3>) + 3 * sizeof(Vec3) + sizeof(double);
     constexpr std::size_t kFrame = sizeof(Triangle) + sizeof(Mat3) + 2 * sizeof(LinkFrame);
-    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() +
+    constexpr std::size_t kAffine = sizeof(Tet) + sizeof(std::array<double, 4>) + 2 * sizeof(LinkFrame);
+    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() + kAffine * links.affine_nodes.size() +
            (2 * sizeof(Vec3) + sizeof(NodeRecord)) * links.node_rest.size();
 }
 
@@ -76,16 +84,17 @@ LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<cons
     LinkJacobian jacobian;
     const Index frame = links.vertex_frame[vertex];
     if (frame == kNoIndex) return jacobian;
+    const double blend = links.vertex_blend[vertex];
+    const std::span<const Index> on = links.nodes_of(frame);
+    for (std::size_t i = 0; i < on.size(); ++i) {
+        jacobian.node[i] = on[i];
+        jacobian.block[i] = blend * links.weights_of(vertex)[i] * Mat3::Identity();
+    }
+    if (links.is_affine(frame)) return jacobian;
     const Triangle& nodes = links.frame_nodes[frame];
     const LinkTriangle triangle = link_triangle(nodes, node_position);
     Mat3 axes;
-    const bool turns = find_axes(triangle, axes);
-    const double blend = links.vertex_blend[vertex];
-    for (std::size_t i = 0; i < 3; ++i) {
-        jacobian.node[i] = nodes[i];
-        jacobian.block[i] = blend * links.vertex_weight[vertex][i] * Mat3::Identity();
-    }
-    if (!turns) return jacobian;
+    if (!find_axes(triangle, axes)) return jacobian;
     const Mat3 lever = skew(axes * links.vertex_projection[vertex]);
     const TurnRates rates = find_turn_rates(triangle, axes);
     for (int i = 0; i < 3; ++i) jacobian.block[i] -= blend * lever * rates.node[i]; // omega x R = -[R]x omega
@@ -95,9 +104,24 @@ LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<cons
 LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position, const Vec3& force) noexcept {
     LinkForces spread;
     const LinkJacobian jacobian = link_jacobian(links, vertex, node_position);
-    for (int i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < kMostLinkNodes; ++i) {
         spread.node[i] = jacobian.node[i];
         spread.force[i] = jacobian.block[i].transpose() * force;
+    }
+    return spread;
+}
+
+LinkForces spread_hold(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position, const Vec3& force) noexcept {
+    const Index frame = links.vertex_frame[vertex];
+    if (frame == kNoIndex || !links.is_affine(frame)) return spread_link_force(links, vertex, node_position, force);
+    LinkForces spread;
+    const std::span<const Index> nodes = links.nodes_of(frame);
+    const std::span<const double> weights = links.weights_of(vertex);
+    double sum = 0.0; // 1 at least: the weights sum to one
+    for (const double weight : weights) sum += std::max(0.0, weight);
+    for (std::size_t i = 0; i < kMostLinkNodes; ++i) {
+        spread.node[i] = nodes[i];
+        spread.force[i] = links.vertex_blend[vertex] * std::max(0.0, weights[i]) / sum * force;
     }
     return spread;
 }

@@ -60,6 +60,11 @@ Vec3 mean_of(std::span<const Index> nodes, std::span<const Vec3> position) noexc
     return sum / static_cast<double>(nodes.size());
 }
 
+std::span<const Index> nodes_of(const DeformingTree& tree, Index frame) noexcept {
+    const std::size_t triangles = tree.frame_nodes.size();
+    return frame < triangles ? std::span<const Index>(tree.frame_nodes[frame]) : std::span<const Index>(tree.affine_nodes[frame - triangles]);
+}
+
 Sphere deform_conservatively(const DeformingTree& tree, Index sphere, const NodePose& pose) noexcept {
     const Sphere& rest = tree.tree.spheres[sphere];
     const std::span<const Index> near(tree.near.data() + tree.near_begin[sphere], tree.near_begin[sphere + 1] - tree.near_begin[sphere]);
@@ -69,8 +74,12 @@ Sphere deform_conservatively(const DeformingTree& tree, Index sphere, const Node
     for (Index k = tree.beneath_begin[sphere]; k < tree.beneath_begin[sphere + 1]; ++k) {
         const DeformingTree::Beneath& carried = tree.beneath[k];
         double node_sq = 0.0;
-        for (const Index q : tree.frame_nodes[carried.frame])
+        for (const Index q : nodes_of(tree, carried.frame))
             node_sq = std::max(node_sq, (pose.position[q] - out.centre - turn * (tree.node_rest[q] - rest.centre)).squaredNorm());
+        if (carried.frame >= tree.frame_nodes.size()) {
+            grow = std::max(grow, tree.affine_reach[carried.frame - tree.frame_nodes.size()] * std::sqrt(node_sq));
+            continue;
+        }
         const Mat3 now = tree.frame_rest[carried.frame] + pose.turn[carried.frame];
         grow = std::max(grow, std::sqrt(node_sq) + carried.reach * difference(now, turn * tree.frame_rest[carried.frame]));
     }
@@ -131,16 +140,20 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
     out.frame_rest.assign(links.frame_rest.begin(), links.frame_rest.end());
     out.frame_nodes.assign(links.frame_nodes.begin(), links.frame_nodes.end());
     out.node_rest.assign(links.node_rest.begin(), links.node_rest.end());
+    out.affine_nodes.assign(links.affine_nodes.begin(), links.affine_nodes.end());
+    for (const std::array<double, 4>& w : links.affine_weight)
+        out.affine_reach.push_back(std::abs(w[0]) + std::abs(w[1]) + std::abs(w[2]) + std::abs(w[3]));
     out.near_begin.push_back(0);
     out.beneath_begin.push_back(0);
     std::vector<Index> host_nodes; // nodes that any of the surface is embedded in
     for (const Triangle& nodes : out.frame_nodes) host_nodes.insert(host_nodes.end(), nodes.begin(), nodes.end());
+    for (const Tet& nodes : out.affine_nodes) host_nodes.insert(host_nodes.end(), nodes.begin(), nodes.end());
     std::sort(host_nodes.begin(), host_nodes.end());
     host_nodes.erase(std::unique(host_nodes.begin(), host_nodes.end()), host_nodes.end());
     std::vector<Vec3> host_node_rest;
     for (const Index n : host_nodes) host_node_rest.push_back(out.node_rest[n]);
     std::vector<std::pair<double, Index>> by_distance;
-    std::vector<double> reach(out.frame_nodes.size(), -1.0);
+    std::vector<double> reach(out.frame_nodes.size() + out.affine_nodes.size(), -1.0);
     std::vector<Index> nodes;
     for (Index s = 0; s < out.tree.sphere_count(); ++s) {
         const std::size_t level = std::min<std::size_t>(out.tree.level[s], nearest.size() - 1);
@@ -153,8 +166,10 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
         add_frames(out, s, surface, links, reach, out.beneath, out.stands.back());
         out.beneath_begin.push_back(static_cast<Index>(out.beneath.size()));
         nodes.clear();
-        for (std::size_t k = begin; k < out.beneath.size(); ++k)
-            nodes.insert(nodes.end(), out.frame_nodes[out.beneath[k].frame].begin(), out.frame_nodes[out.beneath[k].frame].end());
+        for (std::size_t k = begin; k < out.beneath.size(); ++k) {
+            const std::span<const Index> on = nodes_of(out, out.beneath[k].frame);
+            nodes.insert(nodes.end(), on.begin(), on.end());
+        }
         out.turners.push_back(find_turners(nodes, out.node_rest));
     }
     return out;

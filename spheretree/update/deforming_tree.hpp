@@ -27,6 +27,9 @@ struct SurfaceLinks {
     std::span<const Vec3> vertex_projection; // [vertex_count] m, rho
     std::span<const double> vertex_blend;    // [vertex_count] 1: moves fully, 0: stands still
     std::span<const Vec3> node_rest;         // [node_count] m
+    // frames after the triangles': vertex = sum w_i q_i of four nodes, weights of any sign that sum to one
+    std::span<const Tet> affine_nodes = {};                    // [affine_count]
+    std::span<const std::array<double, 4>> affine_weight = {}; // [affine_count]
 };
 
 /// Where the nodes are, and how far each frame has turned.
@@ -39,7 +42,9 @@ struct NodePose {
 struct DeformingTree {
     SphereTree tree;                   // as it was wrapped at rest; items: triangle ids
     std::vector<Mat3> frame_rest;      // [frame_count]
-    std::vector<Triangle> frame_nodes; // [frame_count]
+    std::vector<Triangle> frame_nodes; // [triangle_count]
+    std::vector<Tet> affine_nodes;     // [affine_count] of tetrahedra: frames after those
+    std::vector<double> affine_reach;  // [affine_count] sum |w|: how far the vertex goes where no node goes farther than 1
     std::vector<Vec3> node_rest;       // [node_count] m
     std::vector<Index> near_begin;     // [sphere_count + 1] V: the coarse nodes nearest to the centre
     std::vector<Index> near;

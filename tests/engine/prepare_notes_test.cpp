@@ -10,6 +10,8 @@
 
 #include <filesystem>
 
+#include <unistd.h>
+
 namespace trocar::engine {
 namespace {
 
@@ -127,17 +129,23 @@ TEST(PreparationNotes, SayOfNoShippedSceneOfSolidsThatTheyOverlap) {
     }
 }
 
-TEST(PreparationNotes, SayThatCornersStandOffTheLattice) {
-    const auto notes_of = [](const char* mesher) {
+TEST(PreparationNotes, SayThatCornersStandTooFarOffTheLattice) {
+    TriMesh pyramid; // its tip is cells away
+    pyramid.vertices = {{-20, -20, 0}, {20, -20, 0}, {20, 20, 0}, {-20, 20, 0}, {0, 0, 300}};
+    pyramid.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+    const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / fmt::format("pyramid_{}.obj", getpid());
+    ASSERT_TRUE(write_obj(file, pyramid).ok());
+    const auto notes_of = [](const char* mesher, const std::string& surface) {
         const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
             "time": {{"step": 0.01, "duration": 0.1}}, "effects": ["coarse_contact", "elasticity"], "bodies": {{"bar": {{"kind": "deformable",
-            "surface": {{"shape": "box", "centre": [0, 0, 0], "extent": [60, 20, 20], "cells": 1}},
-            "coarse": {{"mesher": "{}", "surface_triangles": 200}}}}}}}})",
-                                                                 mesher));
+            "surface": {}, "coarse": {{"mesher": "{}", "surface_triangles": 200}}}}}}}})",
+                                                                 surface, mesher));
         return prepared.bodies.empty() ? std::vector<std::string>{"not prepared"} : prepared.bodies.front().notes;
     };
-    EXPECT_THAT(notes_of("lattice"), Contains(AllOf(HasSubstr("12 sharp edges"), HasSubstr("off the coarse mesh"))));
-    EXPECT_THAT(notes_of("tetgen"), Not(Contains(HasSubstr("sharp edges")))) << "its nodes are the corners";
+    const std::string box = R"({"shape": "box", "centre": [0, 0, 0], "extent": [60, 20, 20], "cells": 1})", tip = fmt::format("\"{}\"", file.string());
+    EXPECT_THAT(notes_of("lattice", tip), Contains(AllOf(HasSubstr("8 sharp edges"), HasSubstr("off the coarse mesh"))));
+    EXPECT_THAT(notes_of("lattice", box), Not(Contains(HasSubstr("sharp edges")))) << "its corners follow the tetrahedra beneath them";
+    EXPECT_THAT(notes_of("tetgen", box), Not(Contains(HasSubstr("sharp edges")))) << "its nodes are the corners";
 }
 
 } // namespace

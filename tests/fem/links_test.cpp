@@ -123,6 +123,102 @@ TEST(Links, TransposedForcesKeepLinearAndAngularMomentum) {
     }
 }
 
+/// A fixture of which every fifth vertex follows a tetrahedron.
+struct AffineFixture : Fixture {
+    std::vector<Index> which;
+    AffineFixture() {
+        for (Index v = 0; v < dense.vertices.size(); v += 5) which.push_back(v);
+        EXPECT_EQ(follow_tets(links, coarse.tets, dense.vertices, which), which.size());
+        EXPECT_EQ(links.frame_count(), links.frame_nodes.size() + which.size());
+    }
+};
+
+TEST(AffineLinks, ReproduceTheRestPoseExactlyAndEveryAffineMapOfTheBody) {
+    const AffineFixture f;
+    const auto at_rest = steered(f.links, f.coarse.vertices, f.dense.vertices);
+    for (std::size_t v = 0; v < at_rest.size(); ++v) ASSERT_EQ(at_rest[v], f.dense.vertices[v]) << v;
+    std::mt19937_64 random(11);
+    for (int k = 0; k < 20; ++k) {
+        Mat3 map;
+        for (int c = 0; c < 3; ++c) map.col(c) = random_vec(random, 2.0); // turns, stretches, shears, and turns inside out
+        const Vec3 shift = random_vec(random, 0.3);
+        auto nodes = f.coarse.vertices;
+        for (Vec3& x : nodes) x = map * x + shift;
+        const auto out = steered(f.links, nodes, f.dense.vertices);
+        for (const Index v : f.which) ASSERT_LT((out[v] - (map * f.dense.vertices[v] + shift)).norm(), 1e-13) << v;
+    }
+}
+
+TEST(AffineLinks, TheirJacobianIsTheDerivativeAndTransposedForcesKeepBothMomenta) {
+    const AffineFixture f;
+    const auto nodes = deform(f.coarse.vertices, 7, 0.003);
+    const auto out = steered(f.links, nodes, f.dense.vertices);
+    std::mt19937_64 random(8);
+    for (const Index v : f.which) {
+        const LinkJacobian jacobian = link_jacobian(f.links, v, nodes);
+        const Vec3 force = random_vec(random, 1.0);
+        const LinkForces spread = spread_link_force(f.links, v, nodes, force);
+        Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+        for (std::size_t k = 0; k < kMostLinkNodes; ++k) {
+            ASSERT_NE(spread.node[k], kNoIndex);
+            auto moved = nodes;
+            const Vec3 by = random_vec(random, 0.01);
+            moved[jacobian.node[k]] += by;
+            EXPECT_LT((steered(f.links, moved, f.dense.vertices)[v] - out[v] - jacobian.block[k] * by).norm(), 1e-15);
+            sum += spread.force[k];
+            moment += nodes[spread.node[k]].cross(spread.force[k]);
+        }
+        EXPECT_LT((sum - force).norm(), 1e-13);
+        EXPECT_LT((moment - out[v].cross(force)).norm(), 1e-14);
+    }
+}
+
+TEST(AffineLinks, WhatTakesHoldOfAVertexPushesAllNodesItsOwnWay) {
+    const AffineFixture f;
+    const auto nodes = deform(f.coarse.vertices, 7, 0.003);
+    const Vec3 force(0.3, -0.2, 0.7);
+    std::size_t beside = 0;
+    for (Index v = 0; v < f.dense.vertices.size(); ++v) {
+        const LinkForces hold = spread_hold(f.links, v, nodes, force), spread = spread_link_force(f.links, v, nodes, force);
+        const bool affine = f.links.is_affine(f.links.vertex_frame[v]);
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = 0; k < kMostLinkNodes; ++k) {
+            sum += hold.force[k];
+            if (affine)
+                EXPECT_GE(hold.force[k].dot(force), 0.0);
+            else
+                EXPECT_EQ(hold.force[k], spread.force[k]);
+            beside += affine && spread.force[k].dot(force) < 0.0;
+        }
+        EXPECT_LT((sum - force).norm(), 1e-13);
+    }
+    EXPECT_GT(beside, 0u) << "some vertices lie beside their tetrahedra";
+}
+
+TEST(AffineLinks, AVertexFollowsTheNearestTetrahedronAndOneTooFarOffKeepsItsLink) {
+    Fixture f;
+    const Vec3 low = Box3(boundary_surface(f.coarse).bounds()).lo;
+    std::vector<Vec3> off = f.dense.vertices;
+    for (const double away : {0.005, 0.2}) { // half a cell, and twenty, off the bar's corner
+        RigidLinks links = f.links;
+        Index corner = 0;
+        for (Index v = 1; v < off.size(); ++v)
+            if ((f.dense.vertices[v] - low).norm() < (f.dense.vertices[corner] - low).norm()) corner = v;
+        off[corner] = low - Vec3::Constant(away);
+        EXPECT_EQ(follow_tets(links, f.coarse.tets, off, std::vector<Index>{corner}), away < 0.1 ? 1u : 0u);
+        EXPECT_EQ(links.is_affine(links.vertex_frame[corner]), away < 0.1);
+        if (away > 0.1) continue;
+        double best = -1e9; // of all tetrahedra, by brute force
+        for (const Tet& t : f.coarse.tets) {
+            const Vec3 x[4] = {f.coarse.vertices[t[0]], f.coarse.vertices[t[1]], f.coarse.vertices[t[2]], f.coarse.vertices[t[3]]};
+            double w[4];
+            if (find_affine(x, off[corner], w)) best = std::max(best, *std::min_element(w, w + 4));
+        }
+        const std::span<const double> weights = links.weights_of(corner);
+        EXPECT_EQ(*std::min_element(weights.begin(), weights.end()), best);
+    }
+}
+
 TEST(Links, CollapsedTriangleKeepsItsLastGoodFrameAndIsCounted) {
     const Fixture f;
     LinkFrames frames;

@@ -41,8 +41,10 @@ struct LinkedEllipsoid {
     std::vector<std::array<double, 3>> weight;
     std::vector<Vec3> projection;
     std::vector<double> blend;
+    std::vector<Tet> affine_nodes; // of every seventh vertex, where asked for
+    std::vector<std::array<double, 4>> affine_weight;
 
-    explicit LinkedEllipsoid(bool stands = false) {
+    explicit LinkedEllipsoid(bool stands = false, bool affine = false) {
         for (const Triangle& t : coarse.triangles)
             frame_rest.push_back(axes_of(coarse.vertices[t[0]], coarse.vertices[t[1]], coarse.vertices[t[2]]));
         for (const Vec3& p : dense.vertices) {
@@ -62,10 +64,27 @@ struct LinkedEllipsoid {
             weight.push_back(a);
             projection.push_back(frame_rest[best].transpose() * (p - origin));
             blend.push_back(stands ? std::clamp(0.5 + 10.0 * p.z(), 0.0, 1.0) : 1.0);
+            if (affine && blend.size() % 7 == 0) follow_tet(best, p);
         }
     }
+    /// The last vertex lies outside of the tetrahedron of a triangle and a node beyond the middle.
+    void follow_tet(Index face, const Vec3& p) {
+        const Triangle& t = coarse.triangles[face];
+        Index beyond = 0;
+        for (Index n = 1; n < coarse.vertices.size(); ++n)
+            if ((coarse.vertices[n] - p).norm() > (coarse.vertices[beyond] - p).norm()) beyond = n;
+        const Tet nodes{t[0], t[1], t[2], beyond};
+        Mat3 edges;
+        for (int k = 0; k < 3; ++k) edges.col(k) = coarse.vertices[nodes[k + 1]] - coarse.vertices[nodes[0]];
+        const Vec3 w = edges.inverse() * (p - coarse.vertices[nodes[0]]);
+        vertex_frame.back() = static_cast<Index>(coarse.triangles.size() + affine_nodes.size());
+        projection.back().setZero();
+        affine_nodes.push_back(nodes);
+        affine_weight.push_back({1.0 - w.sum(), w[0], w[1], w[2]});
+    }
     [[nodiscard]] DeformingTree tree() const {
-        return make_deforming_tree(wrapped.tree, dense, {coarse.triangles, frame_rest, vertex_frame, projection, blend, coarse.vertices});
+        return make_deforming_tree(wrapped.tree, dense,
+                                   {coarse.triangles, frame_rest, vertex_frame, projection, blend, coarse.vertices, affine_nodes, affine_weight});
     }
 };
 
@@ -85,6 +104,13 @@ Posed deform(const LinkedEllipsoid& body, const Deformation& by) {
     }
     for (std::size_t v = 0; v < body.dense.vertices.size(); ++v) {
         const Index f = body.vertex_frame[v];
+        if (f >= body.coarse.triangles.size()) {
+            Vec3 p = Vec3::Zero();
+            const std::size_t k = f - body.coarse.triangles.size();
+            for (std::size_t i = 0; i < 4; ++i) p += body.affine_weight[k][i] * out.nodes[body.affine_nodes[k][i]];
+            out.surface.push_back(p);
+            continue;
+        }
         Vec3 p = (body.frame_rest[f] + out.turn[f]) * body.projection[v];
         for (std::size_t k = 0; k < 3; ++k) p += body.weight[v][k] * out.nodes[body.coarse.triangles[f][k]];
         out.surface.push_back(body.dense.vertices[v] + body.blend[v] * (p - body.dense.vertices[v]));
@@ -141,19 +167,19 @@ std::vector<Sphere> all_spheres(const DeformingTree& tree, const NodePose& pose,
 }
 
 TEST(DeformingTree, ConservativeSpheresHoldWhatTheyHeldAtRestUnderAnyMotionOfTheNodes) {
-    for (const bool stands : {false, true}) {
-        const LinkedEllipsoid body(stands);
+    for (const auto& [stands, affine] : {std::pair{false, false}, {true, false}, {false, true}}) {
+        const LinkedEllipsoid body(stands, affine);
         const DeformingTree tree = body.tree();
         for (const Named& deformation : all_deformations()) {
             const Posed posed = deform(body, deformation.by);
             EXPECT_LE(worst_escape(body, all_spheres(tree, posed.pose(), SphereUpdate::Conservative), posed.points), 0.0)
-                << deformation.name << (stands ? ", partly standing" : "");
+                << deformation.name << (stands ? ", partly standing" : "") << (affine ? ", some by tetrahedra" : "");
         }
     }
 }
 
 TEST(DeformingTree, ARigidMotionTurnsConservativeSpheresAndGrowsThemByNothing) {
-    const LinkedEllipsoid body;
+    const LinkedEllipsoid body(false, true);
     const DeformingTree tree = body.tree();
     const Posed posed = deform(body, turn90);
     const std::vector<Sphere> now = all_spheres(tree, posed.pose(), SphereUpdate::Conservative);
@@ -204,7 +230,7 @@ TEST(DeformingTree, NodesOnACentreAndTreesOnNoNodesAreNoDivisionByZero) {
 }
 
 TEST(DeformingTree, SweptSpheresHoldTheSurfaceAllAlongTheStep) {
-    const LinkedEllipsoid body;
+    const LinkedEllipsoid body(false, true);
     const DeformingTree tree = body.tree();
     const Posed t0 = deform(body, stretch), t1 = deform(body, [](const Vec3&p) { return Vec3(bend(p) + Vec3(0.02, 0, 0)); });
     DeformingSpheres spheres;

@@ -9,26 +9,13 @@ namespace trocar::engine {
 
 namespace {
 
-/// Of the tetrahedra around the nodes that a vertex is linked to, the one in which it lies deepest, or from which it lies least far.
+/// [vertex_count] the tetrahedron beneath each vertex of the surface; kNoIndex: none
 std::vector<Index> find_vertex_tets(const BodyModel& body, const fem::TissueModel& tissue) {
-    std::vector<std::vector<Index>> around(tissue.node_count());
-    for (Index t = 0; t < tissue.tet_nodes.size(); ++t)
-        for (const Index node : tissue.tet_nodes[t]) around[node].push_back(t);
+    const fem::NodeTets around(tissue.tet_nodes, tissue.node_count());
     const fem::RigidLinks& links = *body.links;
-    std::vector<Index> out(links.vertex_count(), kNoIndex);
-    for (Index v = 0; v < out.size(); ++v) {
-        if (links.vertex_frame[v] == kNoIndex) continue;
-        double best = -std::numeric_limits<double>::infinity();
-        for (const Index node : links.frame_nodes[links.vertex_frame[v]])
-            for (const Index t : around[node]) {
-                Vec3 x[4];
-                for (std::size_t k = 0; k < 4; ++k) x[k] = tissue.rest_position[tissue.tet_nodes[t][k]];
-                double weight[4];
-                if (!find_affine(x, body.surface.vertices[v], weight)) continue;
-                const double least = *std::min_element(weight, weight + 4);
-                if (least > best || (least == best && t < out[v])) best = least, out[v] = t;
-            }
-    }
+    std::vector<Index> out;
+    for (Index v = 0; v < links.vertex_count(); ++v)
+        out.push_back(fem::find_tet_beneath(tissue.tet_nodes, tissue.rest_position, around, links.nodes_of(links.vertex_frame[v]), body.surface.vertices[v]).tet);
     return out;
 }
 
@@ -51,8 +38,8 @@ bool add_foot(const fem::TissueModel& tissue, Index tet, const Vec3& place, cons
         x[k] = now[node], rest[k] = tissue.rest_position[node];
         side.record[side.feet][k] = tissue.plan.record_of[node];
     }
-    if (!find_affine(x, place, side.weight[side.feet]) && // crushed flat: as at rest
-        !find_affine(rest, rest_place, side.weight[side.feet]))
+    if (!fem::find_affine(x, place, side.weight[side.feet]) && // crushed flat: as at rest
+        !fem::find_affine(rest, rest_place, side.weight[side.feet]))
         return false;
     side.share[side.feet++] = share;
     return true;

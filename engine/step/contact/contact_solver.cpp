@@ -9,10 +9,6 @@ namespace trocar::engine {
 
 namespace {
 
-/// [-]; six volumes of a tetrahedron over the cube of its longest edge, below which its coordinates are rounding.
-constexpr double kFlat = 1e-4;
-/// [-]; a place with more weight than that on a node lies too far outside of the tetrahedron.
-constexpr double kFarWeight = 8.0;
 /// [-], of the largest impulse: an iteration that changes none by more has converged.
 constexpr double kTolerance = 1e-3;
 /// [-], of the mobility of sides that share no node: with less the two are moved by the same nodes, which no impulse takes apart. What would
@@ -81,20 +77,6 @@ void change_motion(const GivingBody& body) noexcept {
 
 } // namespace
 
-bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept {
-    const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0], d = p - x[0];
-    const Vec3 bc = b.cross(c);
-    const double volume = a.dot(bc);
-    const double longest = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm(), (x[2] - x[1]).squaredNorm(),
-                                     (x[3] - x[1]).squaredNorm(), (x[3] - x[2]).squaredNorm()});
-    if (!(std::abs(volume) > kFlat * longest * std::sqrt(longest))) return false;
-    const double w1 = d.dot(bc) / volume, w2 = d.dot(c.cross(a)) / volume, w3 = d.dot(a.cross(b)) / volume;
-    const double w0 = 1.0 - (w1 + w2 + w3);
-    if (!(std::max({std::abs(w0), std::abs(w1), std::abs(w2), std::abs(w3)}) <= kFarWeight)) return false;
-    weight[0] = w0, weight[1] = w1, weight[2] = w2, weight[3] = w3;
-    return true;
-}
-
 void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept {
     rows_ = rows;
     bodies_ = bodies;
@@ -143,7 +125,7 @@ void ContactSolver::place(ContactRow& row) const noexcept {
         if (row.a.gives()) {
             const Index* n = row.b.record[foot];
             const Vec3 x[4] = {of_b(n[0]), of_b(n[1]), of_b(n[2]), of_b(n[3])};
-            (void)find_affine(x, row.b.image(foot, of_b) + aside, weight);
+            (void)fem::find_affine(x, row.b.image(foot, of_b) + aside, weight);
         }
         for (std::size_t k = 0; k < 4; ++k) add(1, row.b, foot, k, -row.b.blend * row.b.share[foot] * weight[k]);
     }

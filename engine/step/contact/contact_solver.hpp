@@ -147,7 +147,4 @@ private:
     std::size_t wholes_ = 0;
 };
 
-/// Affine coordinates of p in the tetrahedron x. False, and weight untouched: it is too flat, or p too far from it, to carry a force.
-[[nodiscard]] bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept;
-
 } // namespace trocar::engine

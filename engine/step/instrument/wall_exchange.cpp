@@ -10,15 +10,15 @@ namespace trocar::engine {
 
 namespace {
 
-/// Shares of a press that the nodes of its wall carry, the turns of links left out. visit(node, share)
+/// Weights of the nodes of its wall in a press's place, the turns of links left out; of a corner beside its tetrahedron some are negative. visit(node, weight)
 template <class Visit>
 void for_each_node(const BodyModel& wall, const WallPress& press, Visit&& visit) {
     const fem::RigidLinks& links = *wall.links;
     for (std::size_t corner = 0; corner < 3; ++corner) {
         const Index vertex = wall.surface.triangles[press.triangle][corner];
-        if (links.vertex_frame[vertex] == kNoIndex) continue;
-        for (std::size_t k = 0; k < 3; ++k)
-            visit(links.frame_nodes[links.vertex_frame[vertex]][k], std::abs(links.vertex_blend[vertex] * links.vertex_weight[vertex][k] * press.bary[corner]));
+        const std::span<const Index> nodes = links.nodes_of(links.vertex_frame[vertex]);
+        for (std::size_t k = 0; k < nodes.size(); ++k)
+            visit(nodes[k], links.vertex_blend[vertex] * links.weights_of(vertex)[k] * press.bary[corner]);
     }
 }
 
@@ -28,7 +28,7 @@ struct NodeShares {
         for (std::size_t corner = 0; corner < 3; ++corner) {
             const fem::LinkForces spread =
                 fem::spread_link_force(*wall.links, wall.surface.triangles[press.triangle][corner], nodes, press.bary[corner] * direction);
-            for (int k = 0; k < 3; ++k)
+            for (std::size_t k = 0; k < fem::kMostLinkNodes; ++k)
                 if (spread.node[k] != kNoIndex) add(spread.node[k], spread.force[k]);
         }
     }
@@ -42,7 +42,7 @@ struct NodeShares {
         Index node;
         Vec3 force; // [-]
     };
-    std::array<Entry, 9> entry;
+    std::array<Entry, 3 * fem::kMostLinkNodes> entry;
     std::size_t count = 0;
 };
 
@@ -54,9 +54,9 @@ Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& pr
     const BodyModel& host = model.bodies[*wall.host_body];
     const std::vector<Vec3>& velocity = state.bodies[*wall.host_body].tissue.velocity;
     Vec3 coming = Vec3::Zero();
-    for_each_node(wall, press, [&](Index node, double share) {
+    for_each_node(wall, press, [&](Index node, double weight) {
         const double inertia = 2.0 * host.tissue->node_mass[node] / (model.step_s * model.step_s); // N/m
-        coming += share * inertia * host.node_give[node] * model.step_s * velocity[node];
+        coming += weight * inertia * host.node_give[node] * model.step_s * velocity[node];
     });
     return coming;
 }
@@ -126,7 +126,7 @@ void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods)
         for (std::size_t k = 0; k < now.planes.size();) {
             k = find_push(now, k, earlier, push);
             for (std::size_t at = 0; at < push.press_count; ++at) {
-                for_each_node(wall, push.press[at], [&](Index node, double share) { count[node] += push.share[at] * share; });
+                for_each_node(wall, push.press[at], [&](Index node, double weight) { count[node] += push.share[at] * std::abs(weight); });
                 push.coming += push.share[at] * find_coming(model, model.instruments[i].lumen, push.press[at], state);
             }
             if (push.press_count == 0) continue;
@@ -193,7 +193,7 @@ double find_wall_give(const SceneModel& model, std::size_t lumen, const WallPres
     const std::vector<double>& give = model.bodies[*wall.host_body].node_give;
     const std::vector<double>& count = rods.walls[lumen].node_presses;
     double sum = 0.0;
-    for_each_node(wall, press, [&](Index node, double share) { sum += share * give[node] * std::max(1.0, node < count.size() ? count[node] : 0.0); });
+    for_each_node(wall, press, [&](Index node, double weight) { sum += std::abs(weight) * give[node] * std::max(1.0, node < count.size() ? count[node] : 0.0); });
     return std::max(sum, 1.0 / model.contact.wall_stiffness);
 }
 

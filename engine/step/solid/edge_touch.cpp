@@ -170,6 +170,13 @@ SolidContact name_edges(const OneWay& way, Index own, Index other) {
     return named;
 }
 
+/// By the two bodies, in which order contacts stand.
+struct BetweenBodies {
+    using Bodies = std::pair<Thing, Thing>;
+    bool operator()(const SolidContact& x, const Bodies& wanted) const { return Bodies(x.touch.a, x.touch.b) < wanted; }
+    bool operator()(const Bodies& wanted, const SolidContact& x) const { return wanted < Bodies(x.touch.a, x.touch.b); }
+};
+
 /// Did the two touch in the last step?
 bool touched_before(const OneWay& way, Index own, Index other) {
     const SolidContact wanted = name_edges(way, own, other);
@@ -178,20 +185,28 @@ bool touched_before(const OneWay& way, Index own, Index other) {
     return found != before.end() && found->key() == wanted.key() && is_touching(found->touch);
 }
 
+/// Those of the last step that list places of one body at another.
+std::span<const SolidContact> contacts_before(const OneWay& way, std::size_t a, std::size_t b) {
+    const auto [first, last] = std::equal_range(way.solids.contacts_before.begin(), way.solids.contacts_before.end(), std::pair(Thing::body(a), Thing::body(b)), BetweenBodies{});
+    return {first, last};
+}
+
 /// Does a place that touched in the last step go on where these two edges cross? It shares a vertex of each and pushed the same way: a block's edge that
 /// slides along a table's rim comes from one edge of that to the next.
-bool goes_on_there(const OneWay& way, Index own, Index other, const EdgePlace& found) {
+bool goes_on_there(const OneWay& way, Index own, Index other, const EdgePlace& found, double reach) {
     const collision::Edge &ends = way.model.bodies[way.own].topology.edges[own], &ends_there = way.model.bodies[way.other].topology.edges[other];
     const auto shares = [](std::span<const Index> corners, const collision::Edge& edge) {
         return std::any_of(corners.begin(), corners.end(), [&](Index v) { return v == edge[0] || v == edge[1]; });
     };
-    return std::any_of(way.solids.contacts_before.begin(), way.solids.contacts_before.end(), [&](const SolidContact& before) {
+    const auto goes_on = [&](bool same, const SolidContact& before) {
         const Contact& touch = before.touch;
-        const bool same = touch.a == Thing::body(way.own) && touch.b == Thing::body(way.other);
-        if (!same && !(touch.b == Thing::body(way.own) && touch.a == Thing::body(way.other))) return false;
-        return is_touching(touch) && (same ? 1.0 : -1.0) * touch.normal.dot(found.normal) > kGoesOn &&
+        return is_touching(touch) && found.gap >= touch.gap - reach && (same ? 1.0 : -1.0) * touch.normal.dot(found.normal) > kGoesOn &&
                shares(touch.feature_a, same ? ends : ends_there) && shares(touch.feature_b, same ? ends_there : ends);
-    });
+    };
+    const auto any = [&](bool same, std::span<const SolidContact> between) {
+        return std::any_of(between.begin(), between.end(), [&](const SolidContact& before) { return goes_on(same, before); });
+    };
+    return any(true, contacts_before(way, way.own, way.other)) || any(false, contacts_before(way, way.other, way.own));
 }
 
 } // namespace
@@ -259,10 +274,12 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
             const Path there = path_of(way, way.other, f);
             const auto crossing = place(way, e, f, at, there);
             const auto found = crossing ? crossing : find_coming(way, e, f, at, there);
-            if (!found || found->gap > reach_of(way, at, there, *found)) continue;
+            if (!found) continue;
+            const double reach = reach_of(way, at, there, *found);
+            if (found->gap > reach) continue;
             if (crossing && !needs_plane(way, at, there, *found)) continue;
             if (!crossing || !touched_before(way, e, f)) { // else touch_edges_before has it
-                if (found->gap < 0.0 && !have_crossed(at, there, found->normal) && !goes_on_there(way, e, f, *found)) continue;
+                if (found->gap < 0.0 && !have_crossed(at, there, found->normal) && !goes_on_there(way, e, f, *found, reach)) continue;
                 if (!is_listed(way, first_touch, e, f)) add(way, e, f, *found, true);
             }
             pair.gap = std::min(pair.gap, found->gap);
@@ -271,13 +288,8 @@ void touch_edges(const OneWay& way, std::size_t first_touch, LeafPair& pair) {
 }
 
 void touch_edges_before(const OneWay& way, std::size_t first_touch) {
-    const std::vector<SolidContact>& all = way.solids.contacts_before;
-    const std::pair<Thing, Thing> bodies{Thing::body(way.own), Thing::body(way.other)};
-    const auto first = std::lower_bound(all.begin(), all.end(), bodies, [](const SolidContact& x, const std::pair<Thing, Thing>& wanted) {
-        return std::pair(x.touch.a, x.touch.b) < wanted;
-    });
-    for (auto before = first; before != all.end() && std::pair(before->touch.a, before->touch.b) == bodies; ++before) {
-        const Contact& touch = before->touch;
+    for (const SolidContact& before : contacts_before(way, way.own, way.other)) {
+        const Contact& touch = before.touch;
         if (!touch.between_edges() || !is_touching(touch)) continue;
         const Index own = collision::find_edge(way.model.bodies[way.own].topology, touch.feature_a[0], touch.feature_a[1]);
         const Index other = collision::find_edge(way.model.bodies[way.other].topology, touch.feature_b[0], touch.feature_b[1]);
@@ -285,7 +297,7 @@ void touch_edges_before(const OneWay& way, std::size_t first_touch) {
         if (is_listed(way, first_touch, own, other)) continue;
         const Path at = path_of(way, way.own, own), there = path_of(way, way.other, other);
         if (const auto found = place(way, own, other, at, there); found && found->gap <= reach_of(way, at, there, *found))
-            add(way, own, other, *found, before->recovery >= kRecovery || touch.gap >= -way.model.contact.margin);
+            add(way, own, other, *found, before.recovery >= kRecovery || touch.gap >= -way.model.contact.margin);
     }
 }
 

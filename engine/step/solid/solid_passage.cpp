@@ -13,8 +13,6 @@ namespace {
 
 /// Cosine. The nearest face and the one it came by look the same way: then nearest is as good, and smoother from step to step.
 constexpr double kSameSide = 0.5;
-/// Cosine. They look away from each other: the vertex is past the middle.
-constexpr double kFarSide = -0.5;
 /// Pieces of the way out that are looked at one after another, so that a slanting way does not look at all of a body.
 constexpr int kPieces = 16;
 /// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.
@@ -141,9 +139,9 @@ std::optional<Standing> stand(const OneWay& way, Index vertex, double reach) {
 std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line) {
     const std::vector<Vec3>& at = way.surface(way.other);
     std::optional<SurfacePoint> first;
-    for (int k = 0; k < kPieces && !first; ++k) {
-        const auto upto = [&](int piece) { return line.begin + (line.end - line.begin) * piece / kPieces; };
-        const double until = line.end;
+    const auto upto = [&](int piece) { return line.begin + (line.end - line.begin) * piece / kPieces; };
+    const auto found = [&](int piece) { return first && (line.side > 0.0 || first->distance <= upto(piece)); };
+    for (int k = 0; k < kPieces && !found(k); ++k) {
         Box3 piece;
         piece.add(place + upto(k) * line.direction);
         piece.add(place + upto(k + 1) * line.direction);
@@ -153,7 +151,7 @@ std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place
             const double along = area.dot(line.direction), size_sq = area.squaredNorm();
             if (!(line.side * along > 0.0)) return;
             const double distance = area.dot(at[t[0]] - place) / along;
-            if (!(distance >= 0.0 && distance <= until) || (first && !(distance < first->distance))) return;
+            if (!(distance >= line.begin && distance <= line.end) || (first && !(distance < first->distance))) return;
             const Vec3 point = place + distance * line.direction;
             std::array<double, 3> bary;
             for (std::size_t c = 0; c < 3; ++c) {

@@ -66,7 +66,8 @@ struct Line {
     double side;      // 1: faces that look along it, -1: against it
 };
 
-/// The first of these faces that the line meets: the place on it, and how far along that is. Nothing: it meets none.
+/// The first of these faces that the line meets: the place on it, and how far along that is. Nothing: it meets none. Of faces that look along it (a way
+/// out) the first among those whose boxes the earliest piece of the line meets, which a large slanted face may win against a nearer one.
 /// cost   of the boxes that a line's pieces overlap, as far as the first face
 [[nodiscard]] std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line);
 

@@ -70,6 +70,7 @@ struct SolidBodyScratch {
     SurfaceTravel motion;                            // of those that may touch
     Vec3 coming = Vec3::Zero();                      // m, where its path takes a kinematic one in the next step
     Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one
+    Vec3 fall = Vec3::Zero();                        // m, of this, what gravity does: as far as nothing carries it
     double thickness = 0.0;                          // m, of those that something can touch: extent along the thinnest axis, at rest
     InsideTest inside;                               // of closed ones: depths of contacts
     SurfaceAdjacency adjacency;                      // of the same

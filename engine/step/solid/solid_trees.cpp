@@ -91,14 +91,14 @@ SharedMotion find_common_motion(const SceneModel& model, const State& state, con
 void look_ahead(const SceneModel& model, std::size_t i, const State& state, const std::optional<Vec3>& gravity, bool starts,
                 SolidBodyScratch& scratch) {
     const double h = model.step_s, now = state.time + h; // the state's time is that of the step's start
-    scratch.coming = scratch.change = Vec3::Zero();
+    scratch.coming = scratch.change = scratch.fall = Vec3::Zero();
     if (model.bodies[i].motion == Motion::Kinematic) {
         const std::vector<MotionRow>& path = model.bodies[i].path;
         const Vec3 at = evaluate_motion(path, now);
         scratch.coming = evaluate_motion(path, now + h) - at;
         scratch.change = scratch.coming - (at - evaluate_motion(path, state.time));
     } else if (model.bodies[owner_of(model, i)].tissue && gravity) {
-        scratch.change = h * h * *gravity;
+        scratch.change = scratch.fall = h * h * *gravity;
     }
     if (const std::size_t owner = owner_of(model, i); starts && model.bodies[owner].tissue) {
         const fem::TissueModel& tissue = *model.bodies[owner].tissue;

@@ -12,6 +12,8 @@ namespace trocar::engine {
 /// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
 /// the edge of a block that slides over it is nearest to the block's side, and will pass beneath; sheets that meet look at each other.
 inline constexpr double kFacing = -0.2;
+/// Cosine of two faces of a body that look away from each other: what lies behind the second is past the body's middle.
+inline constexpr double kFarSide = -0.5;
 
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 inline constexpr double kNoWay = 1e-9;

@@ -12,9 +12,6 @@ namespace {
 
 /// Cosine of half the cone of normals around a vertex, below which it goes ahead of the faces around it: those of a box's edges have 0.71.
 constexpr double kSharpVertex = 0.77;
-/// Of a sharp vertex's mean normal and a face that it goes in by. The rim of a table, whose own is at a right angle to the front of a block that slides
-/// over it, does not go into that.
-constexpr double kGoesIn = -0.05;
 /// Cosine; two planes that are nearly one.
 constexpr double kSamePlane = 0.94;
 /// Cosine of the way to the nearest place and the face there, beyond which that is no place of an edge.
@@ -69,14 +66,21 @@ Vec3 find_path(const OneWay& way, Index v, const Vec3& place, const SurfacePoint
     return place - way.surface_t0(way.own)[v] - moved + way.solids.bodies[way.own].change - way.solids.bodies[way.other].change;
 }
 
-/// The touch of a vertex with the face by which it goes in on its path, if it pushes there.
-std::optional<Contact> find_coming_touch(const OneWay& way, Index v, const Vec3& place, SurfacePoint in, const NormalCone& cone) {
-    const Vec3 normal = face_normal(way.surface(way.other), way.face(in.triangle));
+/// The touch of a vertex with the face by which its path goes in; or, if it does not look at that, round its corner with the one that it looks at, if that is the nearest where its
+/// path ends but for what it falls: a table's rim, over which the front of a block slides, goes in by that front only as the block is expected to sink.
+Contact make_coming_touch(const OneWay& way, Index v, const Vec3& place, const Vec3& path, SurfacePoint in) {
+    const std::vector<Vec3>& there = way.surface(way.other);
+    Vec3 normal = face_normal(there, way.face(in.triangle));
+    const Vec3 fall = way.solids.bodies[way.own].fall - way.solids.bodies[way.other].fall;
+    if (const auto end = way.solids.bodies[way.other].inside.tree().closest(place + path - fall)) {
+        const Vec3 at_end = face_normal(there, way.face(end->triangle));
+        const Vec3& own = way.solids.bodies[way.own].vertex_normal[v];
+        if (!(normal.dot(own) < kFacing) && at_end.dot(own) < kFacing && at_end.dot(normal) > kFarSide) in = *end, normal = at_end;
+    }
     in.distance = normal.dot(place - in.point); // of the face's plane, where it was along the path
     Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, in, false);
     touch.normal = normal;
-    const bool goes_in = cone.cosine < kSharpVertex && normal.dot(way.solids.bodies[way.own].vertex_normal[v]) < kGoesIn;
-    return goes_in || turn_to_meet(way, v, cone, in, place, touch) ? std::optional(touch) : std::nullopt;
+    return touch;
 }
 
 /// The plane between the path of a vertex that passes by and the place of the other surface that it comes nearest to: it holds the vertex only where it
@@ -102,18 +106,17 @@ std::optional<Contact> find_passing_touch(const OneWay& way, Index v, const Vec3
 /// meets   nearest is what it would push
 std::optional<Contact> choose_touch(const OneWay& way, Index v, const Vec3& place, const SurfacePoint& at, const NormalCone& cone, const Contact& nearest,
                                     bool meets) {
-    const bool on_face = nearest.normal.dot(face_normal(way.surface(way.other), way.face(at.triangle))) > kOnFace;
+    const bool on_face = !(face_normal(way.surface(way.other), way.face(at.triangle)).dot(place - at.point) < kOnFace * at.distance - kNoWay);
     if (meets && on_face && nearest.gap <= way.model.contact.margin) return nearest;
     if (!meets && !(cone.cosine < kSharpVertex)) return std::nullopt; // flat, and it lies beside
     const Vec3 path = find_path(way, v, place, at);
     if (meets && nearest.gap + nearest.normal.dot(path) >= 0.0) return nearest; // the plane does not hold it as it goes
-    const std::optional<Contact> held = meets ? std::optional(nearest) : std::nullopt;
     const double length = path.norm();
-    if (!(length > at.distance)) return held;
-    const auto in = find_face_along(way, place, {path / length, at.distance * (1.0 - kOnSurface), length, -1.0});
+    if (!(length > at.distance)) return meets ? std::optional(nearest) : std::nullopt;
+    const auto in = find_face_along(way, place, {path / length, at.distance - kOnSurface, length, -1.0});
     if (!in) return meets ? find_passing_touch(way, v, place, path, at, cone) : std::nullopt;
-    const std::optional<Contact> coming = find_coming_touch(way, v, place, *in, cone);
-    return !coming || (meets && coming->normal.dot(nearest.normal) > kSamePlane) ? held : coming;
+    const Contact coming = make_coming_touch(way, v, place, path, *in);
+    return meets && coming.normal.dot(nearest.normal) > kSamePlane ? nearest : coming;
 }
 
 } // namespace

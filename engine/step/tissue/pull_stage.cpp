@@ -27,7 +27,9 @@ void add_pull(const SceneModel& model, const Pull& pull, const State& state, Bod
     const double reach = std::min(distance, kMaxPull / kPullStiffness);
     const Index vertices[] = {pull.vertex};
     const double weights[] = {1.0};
-    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state, bodies))
+    SurfacePush push{pull.body, vertices, weights, way / distance, -reach, kPullStiffness};
+    push.holds = true;
+    if (!add_surface_spring(model, push, state, bodies))
         return; // a point of a vessel far from the organ
     report.pull_force_n = kPullStiffness * reach;
 }

@@ -34,9 +34,9 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     fem::ContactSprings& springs = bodies.tissue[owner].contact;
     fem::ContactSpring spring = start_spring(push, springs);
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
-        const fem::LinkForces share =
-            fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);
-        for (int n = 0; n < 3; ++n) {
+        const auto spread = push.holds ? fem::spread_hold : fem::spread_link_force;
+        const fem::LinkForces share = spread(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);
+        for (std::size_t n = 0; n < fem::kMostLinkNodes; ++n) {
             if (share.node[n] == kNoIndex) continue;
             add_entry({share.node[n], share.force[n]}, spring.first_entry, springs.entries);
             spring.offset -= share.force[n].dot(nodes[share.node[n]]);

@@ -20,6 +20,7 @@ struct SurfacePush {
     double damping = 0.0;                                   // N s/m, on approach
     double limit = std::numeric_limits<double>::infinity(); // N
     double rate = 0.0;                                      // m/s, of the gap, by what it stands against
+    bool holds = false;                                     // it takes hold of the tissue there (fem::spread_hold): of momentum the sum is kept alone
 };
 
 /// Adds a spring to the owner's of this step; the nodes get the force through the transpose of the links' derivative, so that
