@@ -26,6 +26,7 @@ namespace {
 constexpr double kImportPatience_s = 120.0;           // for the modules of a policy
 constexpr std::size_t kMostAnswer = std::size_t{1} << 20; // bytes of an action's line
 constexpr int kLookMs = 100;                          // between looks at an interruption
+constexpr int kMostLooks = 50; // at a policy that has raised, until it ends
 
 /// argv: file, function, "check" or "play". The first line is the task, for reset(task) where the file has one; then observations come.
 /// Standard output is the answers' alone: what the policy prints goes to the errors.
@@ -105,7 +106,10 @@ public:
         const auto answer = receive();
         if (!answer) return answer.error();
         const auto json = nlohmann::json::parse(*answer, nullptr, false);
-        if (json.is_object() && json.contains("raised")) return failed(fmt::format("the policy raised {:.200}", json.value("raised", "")));
+        if (json.is_object() && json.contains("raised")) {
+            wait_for_its_end();
+            return failed(fmt::format("the policy raised {:.200}", json.value("raised", "")));
+        }
         bool fits = json.is_array() && json.size() == action.size();
         for (std::size_t i = 0; fits && i < action.size(); ++i) {
             fits = json[i].is_number() && std::isfinite(json[i].get<double>());
@@ -143,6 +147,15 @@ private:
             if (count < 0 && errno == EINTR) continue;
             if (count <= 0) return failed("the policy ended before the episode did; what it said stands above");
             read_.append(buffer, static_cast<std::size_t>(count));
+        }
+    }
+
+    /// Until it has printed where it failed: what is said of that begins a line of its own then.
+    void wait_for_its_end() {
+        for (int look = 0; look < kMostLooks && !interrupt_requested(); ++look) {
+            pollfd one{from_, POLLIN, 0};
+            char rest[4096];
+            if (::poll(&one, 1, kLookMs) > 0 && ::read(from_, rest, sizeof rest) == 0) return;
         }
     }
 

@@ -20,24 +20,25 @@ struct Needle {
     double depth = 33.0;                         // mm, of its path: 3 mm deep
     std::string ball = R"("kind": "deformable", "material": {"young_modulus": 10, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.02},
         "coarse": {"mesher": "lattice", "surface_triangles": 800}, "fixed": [{"sphere": {"centre": [0, 0, 0], "radius": 10}}],)";
+    std::string surface = R"("shape": "sphere", "centre": [0, 0, 0], "radius": 30, "subdivisions": 4)";
 };
 
 std::string row(const Vec3& v) { return fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()); }
 
-/// A ball of 30 mm round the origin, and a stiff rod of 1 mm that is pushed into it from outside, then held.
+/// A ball of 30 mm round the origin, or another solid, and a stiff rod of 1 mm that is pushed into it from outside, then held.
 std::string needle_scene(const Needle& needle) {
     return fmt::format(R"({{
     "name": "needle", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 6}}, "budget": "{}",
     "contact": {{"wall_stiffness": {}}},
     "bodies": {{
-        "ball": {{{} "surface": {{"shape": "sphere", "centre": [0, 0, 0], "radius": 30, "subdivisions": 4}}}},
+        "ball": {{{} "surface": {{{}}}}},
         "space": {{"kind": "static", "hollow": true, "surface": {{"around": ["ball"], "margin": 50}}}}}},
     "instruments": {{"needle": {{"length": 150, "radius": 1, "young_modulus": {}000, "density": 1100, "segment": 2.5, "skin_triangles": 2000,
         "tip": {{"shape": "straight"}}, "stiffness": [[0, 1]], "inserted": 5, "friction": 0.2, "lumen": "space",
         "entry": {{"position": {}, "direction": {}}}, "path": [[0, 5, 0], [{}, {}, 0], [20, {}, 0]]}}}},
     "effects": ["elasticity", "damping", "coarse_contact", "exact_contact", "friction"]
 }})",
-                       needle.step, needle.budget, needle.wall_stiffness, needle.ball, needle.modulus_mpa, row(-60.0 * needle.towards + needle.aside),
+                       needle.step, needle.budget, needle.wall_stiffness, needle.ball, needle.surface, needle.modulus_mpa, row(-60.0 * needle.towards + needle.aside),
                        row(needle.towards), (needle.depth - 5.0) / kSpeed, needle.depth, needle.depth);
 }
 
@@ -80,8 +81,8 @@ Pressed press(const Needle& needle, double seconds = 4.0) {
 }
 
 /// What the rod meets is where the solid is.
-TEST(AroundSolids, TheWallIsTheSolidsSurfaceInEveryStep) {
-    const PreparedScene prepared = test::prepare(needle_scene({}));
+void expect_wall_on_solid(const Needle& needle) {
+    const PreparedScene prepared = test::prepare(needle_scene(needle));
     const BodyModel &ball = prepared.model.bodies[0], &space = prepared.model.bodies[1];
     ASSERT_EQ(space.host_body, std::size_t{0});
     EXPECT_TRUE(space.is_free_space);
@@ -100,6 +101,26 @@ TEST(AroundSolids, TheWallIsTheSolidsSurfaceInEveryStep) {
         for (std::size_t v = shared; v < wall.size(); ++v) ASSERT_EQ(wall[v], space.surface.vertices[v]);
     }
     EXPECT_GT(moved, 2e-3) << "m: it was pressed in";
+}
+
+TEST(AroundSolids, TheWallIsTheSolidsSurfaceInEveryStep) { expect_wall_on_solid({}); }
+
+constexpr const char* kBox = R"("shape": "box", "centre": [0, 0, 0], "extent": [60, 60, 60], "cells": 3)"; // its rims follow tetrahedra beneath them
+TEST(AroundSolids, TheWallIsTheSurfaceOfASolidWithSharpEdges) { expect_wall_on_solid({.aside = Vec3(16, 14, 0), .surface = kBox}); }
+
+/// Where the wall's vertices are ends of sharp edges that stand off the coarse mesh.
+TEST(AroundSolids, APressBesideASharpEdgeIsTheSameAtEveryStepLength) {
+    const Needle beside{.aside = Vec3(26, 4, 0), .surface = kBox};
+    const Pressed first = press(beside);
+    EXPECT_GT(first.held, 0.01) << "N";
+    for (const double step : {0.005, 0.002}) {
+        Needle other = beside;
+        other.step = step;
+        const Pressed pressed = press(other);
+        EXPECT_NEAR(pressed.held, first.held, 0.05 * first.held) << "N, steps of " << step;
+        EXPECT_LT(pressed.most - pressed.least, 0.1 * pressed.held) << "N";
+        EXPECT_LT(pressed.gap, 0.35 * pressed.held) << "N";
+    }
 }
 
 /// Whatever the step, the rod and the stiffness with which both answer: one force and one depth, and nothing within the ball.
