@@ -187,39 +187,48 @@ void measure_crossing(const std::vector<std::string>& meshers, const std::vector
         }
 }
 
+struct Thrown {
+    std::string block; // as body() writes it
+    std::string beside;
+    double speed = 1.0, seconds = 0.1; // m/s along x, s
+    Vec3 gravity = Vec3::Zero();
+};
+
+/// m; how far the block's middle comes, and how far it would come alone.
+std::pair<Vec3, Vec3> throw_block(const Thrown& thrown, double step) {
+    std::string block = thrown.block;
+    block.insert(block.size() - 1, fmt::format(R"(, "velocity": [{}, 0, 0])", thrown.speed));
+    const PreparedScene prepared = prepare_law({.bodies = block + thrown.beside, .contact = "", .step = step, .gravity = thrown.gravity});
+    Simulator simulator(prepared.model);
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    const Vec3 from = centre_of(tissue, simulator.state().bodies[0].tissue);
+    while (simulator.raw_state().time < thrown.seconds - 0.5 * step) simulator.step();
+    return {centre_of(tissue, simulator.state().bodies[0].tissue) - from, Vec3(thrown.speed * simulator.raw_state().time, 0, 0)};
+}
+
 /// A block that is thrown past the edge of a box, 1 mm above it, in steps that take it farther than it is long: by how much less it comes.
 void measure_passing(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
-    constexpr double kSpeed = 2.5, kSeconds = 0.06; // m/s, s
     const std::string box = fmt::format(R"(, "box": {{"kind": "static", "surface": {}}})", box_at({0, 0, -0.011}, {0.08, 0.08, 0.02}, 1));
     for (const std::string& mesher : meshers)
         for (const double step : steps) {
-            std::string block = body("block", box_at({-0.06, 0.003, 0.01}, {0.02, 0.02, 0.02}, 2), 200.0, 0.02, 0.0, mesher);
-            block.insert(block.size() - 1, fmt::format(R"(, "velocity": [{}, 0, 0])", kSpeed));
-            const PreparedScene prepared = prepare_law({.bodies = block + box, .contact = "", .step = step});
-            Simulator simulator(prepared.model);
-            const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
-            const Vec3 from = centre_of(tissue, simulator.state().bodies[0].tissue);
-            while (simulator.raw_state().time < kSeconds - 0.5 * step) simulator.step();
-            const Vec3 off = centre_of(tissue, simulator.state().bodies[0].tissue) - from - Vec3(kSpeed * simulator.raw_state().time, 0, 0);
-            rows.push_back({"what flies past is held by nothing", "mm off its way", 0.0, 1e3 * off.norm(), 1e-6, setting_of(mesher, step)});
+            const auto [way, alone] = throw_block(
+                {.block = body("block", box_at({-0.06, 0.003, 0.01}, {0.02, 0.02, 0.02}, 2), 200.0, 0.02, 0.0, mesher), .beside = box, .speed = 2.5, .seconds = 0.06}, step);
+            rows.push_back({"what flies past is held by nothing", "mm off its way", 0.0, 1e3 * (way - alone).norm(), 1e-6, setting_of(mesher, step)});
         }
 }
 
 /// A block that slides along the rim of a table, a part of it over the rim, past the vertices by which that is divided: what it loses of its way.
 void measure_rims(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
-    constexpr double kSpeed = 0.9, kSeconds = 0.15; // m/s, s
     const std::string table = fmt::format(R"(, "table": {{"kind": "static", "surface": {}}})", box_at({0, 0, -0.01}, {0.3, 0.3, 0.02}, 9));
     for (const std::string& mesher : meshers)
         for (const double step : steps) {
-            std::string block = body("block", box_at({-0.1, 0.1431, 0.0151}, {0.03, 0.03, 0.03}, 1), 500.0, 0.02, 0.0, mesher);
-            block.insert(block.size() - 1, fmt::format(R"(, "velocity": [{}, 0, 0])", kSpeed));
-            const PreparedScene prepared = prepare_law({.bodies = block + table, .contact = "", .step = step, .gravity = {0, 0, -9.81}});
-            Simulator simulator(prepared.model);
-            const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
-            const double from = centre_of(tissue, simulator.state().bodies[0].tissue).x();
-            while (simulator.raw_state().time < kSeconds - 0.5 * step) simulator.step();
-            const double way = centre_of(tissue, simulator.state().bodies[0].tissue).x() - from;
-            rows.push_back({"what slides along a rim keeps its speed", "of its way", 1.0, way / (kSpeed * simulator.raw_state().time), 0.005, setting_of(mesher, step)});
+            const auto [way, alone] = throw_block({.block = body("block", box_at({-0.1, 0.1431, 0.0151}, {0.03, 0.03, 0.03}, 1), 500.0, 0.02, 0.0, mesher),
+                                                   .beside = table,
+                                                   .speed = 0.9,
+                                                   .seconds = 0.15,
+                                                   .gravity = {0, 0, -9.81}},
+                                                  step);
+            rows.push_back({"what slides along a rim keeps its speed", "of its way", 1.0, way.x() / alone.x(), 0.005, setting_of(mesher, step)});
         }
 }
 

@@ -61,11 +61,10 @@ std::size_t follow_tets(RigidLinks& links, std::span<const Tet> tets, std::span<
     std::size_t count = 0;
     for (const Index v : which) {
         if (links.vertex_frame[v] == kNoIndex) continue;
-        TetPlace best = find_tet_beneath(tets, links.node_rest, around, links.nodes_of(links.vertex_frame[v]), vertices[v]);
-        for (TetPlace next = best; next.tet != kNoIndex;) { // as far as a tetrahedron whose neighbours are no nearer
+        TetPlace best, next = find_tet_beneath(tets, links.node_rest, around, links.nodes_of(links.vertex_frame[v]), vertices[v]);
+        while (next.tet != best.tet) { // as far as a tetrahedron whose neighbours are no nearer
             best = next;
             next = find_tet_beneath(tets, links.node_rest, around, tets[best.tet], vertices[v]);
-            if (next.tet == best.tet) break;
         }
         if (best.tet == kNoIndex || best.least() < kFarthest) continue;
         links.vertex_frame[v] = static_cast<Index>(links.frame_count());

@@ -21,8 +21,8 @@ enum class SphereUpdate : std::uint8_t {
 /// How the dense surface is embedded in coarse nodes: vertex = sum a_i q_i + A rho of its frame, or a blend of that and its rest
 /// place. The spans belong to the links' owner; weights a_i are not negative and sum to one.
 struct SurfaceLinks {
-    std::span<const Triangle> frame_nodes;   // [frame_count] coarse node ids
-    std::span<const Mat3> frame_rest;        // [frame_count] A, orthonormal columns
+    std::span<const Triangle> frame_nodes;   // [triangle_count] coarse node ids
+    std::span<const Mat3> frame_rest;        // [triangle_count] A, orthonormal columns
     std::span<const Index> vertex_frame;     // [vertex_count] kNoIndex: the vertex stands still
     std::span<const Vec3> vertex_projection; // [vertex_count] m, rho
     std::span<const double> vertex_blend;    // [vertex_count] 1: moves fully, 0: stands still
@@ -41,7 +41,7 @@ struct NodePose {
 /// Built once, then only read.
 struct DeformingTree {
     SphereTree tree;                   // as it was wrapped at rest; items: triangle ids
-    std::vector<Mat3> frame_rest;      // [frame_count]
+    std::vector<Mat3> frame_rest;      // [triangle_count]
     std::vector<Triangle> frame_nodes; // [triangle_count]
     std::vector<Tet> affine_nodes;     // [affine_count] of tetrahedra: frames after those
     std::vector<double> affine_reach;  // [affine_count] sum |w|: how far the vertex goes where no node goes farther than 1

@@ -195,6 +195,23 @@ TEST(AffineLinks, WhatTakesHoldOfAVertexPushesAllNodesItsOwnWay) {
     EXPECT_GT(beside, 0u) << "some vertices lie beside their tetrahedra";
 }
 
+/// Contact finds the tetrahedron of a place from the nodes of its link: for a vertex that follows one, the same.
+TEST(AffineLinks, OfTheTetrahedraAroundItsNodesAVertexFollowsTheOneBeneath) {
+    Fixture f;
+    std::mt19937_64 random(29);
+    for (Vec3& v : f.dense.vertices) v += random_vec(random, 0.006); // more than half a cell, inwards and outwards
+    std::vector<Index> all;
+    for (Index v = 0; v < f.dense.vertices.size(); ++v) all.push_back(v);
+    EXPECT_EQ(follow_tets(f.links, f.coarse.tets, f.dense.vertices, all), all.size());
+    const NodeTets around(f.coarse.tets, f.coarse.vertices.size());
+    for (const Index v : all) {
+        const TetPlace there = find_tet_beneath(f.coarse.tets, f.coarse.vertices, around, f.links.nodes_of(f.links.vertex_frame[v]), f.dense.vertices[v]);
+        ASSERT_NE(there.tet, kNoIndex);
+        const std::span<const double> weights = f.links.weights_of(v);
+        for (std::size_t k = 0; k < 4; ++k) ASSERT_EQ(there.weight[k], weights[k]) << v;
+    }
+}
+
 TEST(AffineLinks, AVertexFollowsTheNearestTetrahedronAndOneTooFarOffKeepsItsLink) {
     Fixture f;
     const Vec3 low = Box3(boundary_surface(f.coarse).bounds()).lo;
