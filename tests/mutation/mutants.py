@@ -86,8 +86,6 @@ MUTANTS = [
            "< kOnFace * at.distance - kNoWay);", "< -2.0 * at.distance);", "engine", "TipContact.*"),
     Mutant("corner-cut", "what cuts the corner of a body comes back to the side by which it went in", "engine/step/solid/solid_passage.cpp",
            "if (!inside && alike > kFarSide && !looks_at", "if (!inside && alike > 2.0 && !looks_at", "engine", "TipContact.*"),
-    Mutant("own-side", "what lies by a hair in an edge goes out by the side that it does not look at", "engine/step/solid/solid_passage.cpp",
-           "|| looks_at(way, vertex, standing.at.triangle)) return;", "|| margin > 0.0) return;", "engine", "TipContact.*"),
     Mutant("edges-end", "where one edge of a rim ends, what lay on it falls through the next", "engine/step/solid/edge_touch.cpp",
            " && !goes_on_there(way, e, f, *found, reach)) continue;", ") continue;", "engine", "TipContact.*"),
     Mutant("creases-sharp", "a crease is a sharp edge", "engine/prepare/sharp_edges.cpp",

@@ -92,48 +92,6 @@ std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, 
     return standing;
 }
 
-/// What lies by a hair in the edge of a body, and nearest to the side that it does not look at, stands behind the one that it looks at: a table's rim, over
-/// which the front of a block has slid that lies on it.
-void keep_to_own_side(const OneWay& way, Index vertex, Standing& standing) {
-    const double margin = way.model.contact.margin;
-    if (!standing.inside || standing.pressed || standing.at.distance > margin || looks_at(way, vertex, standing.at.triangle)) return;
-    const Vec3& place = way.surface(way.own)[vertex];
-    const auto out = find_way_out(way, place, -way.solids.bodies[way.own].vertex_normal[vertex]);
-    if (!out || out->distance > margin || !looks_at(way, vertex, out->triangle)) return;
-    const Vec3 normal = unit_normal(way.surface(way.other), way.face(out->triangle));
-    standing.by = out->triangle;
-    standing.at = *out;
-    standing.at.distance = normal.dot(out->point - place);
-    standing.at.point = place + standing.at.distance * normal;
-}
-
-std::optional<Standing> stand(const OneWay& way, Index vertex, double reach) {
-    const SolidBodyScratch& other = way.solids.bodies[way.other];
-    const Vec3& place = way.surface(way.own)[vertex];
-    const Vec3 moved = place - way.surface_t0(way.own)[vertex];
-    const double way_of_both = std::min((moved - other.motion.mean).norm() + other.motion.spread, moved.norm() + other.motion.farthest);
-    const SolidEntry* entry = find_entry(way.solids.entries_before, {way.own, way.other, vertex});
-    const double look = std::max(reach, way_of_both);
-    Box3 bounds = other.inside.tree().bounds();
-    bounds.inflate(look);
-    if (entry == nullptr && !bounds.contains(place)) return std::nullopt;
-    const bool inside = other.inside.inside(place);
-    const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
-    if (!nearest) return std::nullopt;
-    Standing as_seen;
-    as_seen.inside = inside;
-    as_seen.by = nearest->triangle;
-    as_seen.at = *nearest;
-    if (entry != nullptr) { // its path says nothing: it began on the wrong side
-        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest, std::max(entry->depth, other.thickness) + way_of_both);
-        return kept ? kept : as_seen;
-    }
-    if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
-    if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
-        if (const auto came = stand_behind(way, vertex, met, inside, *nearest, way_of_both + way.model.contact.margin)) return came;
-    return as_seen;
-}
-
 } // namespace
 
 std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line) {
@@ -166,9 +124,30 @@ std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place
 }
 
 std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
-    std::optional<Standing> standing = stand(way, vertex, reach);
-    if (standing) keep_to_own_side(way, vertex, *standing);
-    return standing;
+    const SolidBodyScratch& other = way.solids.bodies[way.other];
+    const Vec3& place = way.surface(way.own)[vertex];
+    const Vec3 moved = place - way.surface_t0(way.own)[vertex];
+    const double way_of_both = std::min((moved - other.motion.mean).norm() + other.motion.spread, moved.norm() + other.motion.farthest);
+    const SolidEntry* entry = find_entry(way.solids.entries_before, {way.own, way.other, vertex});
+    const double look = std::max(reach, way_of_both);
+    Box3 bounds = other.inside.tree().bounds();
+    bounds.inflate(look);
+    if (entry == nullptr && !bounds.contains(place)) return std::nullopt;
+    const bool inside = other.inside.inside(place);
+    const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
+    if (!nearest) return std::nullopt;
+    Standing as_seen;
+    as_seen.inside = inside;
+    as_seen.by = nearest->triangle;
+    as_seen.at = *nearest;
+    if (entry != nullptr) { // its path says nothing: it began on the wrong side
+        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest, std::max(entry->depth, other.thickness) + way_of_both);
+        return kept ? kept : as_seen;
+    }
+    if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
+    if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
+        if (const auto came = stand_behind(way, vertex, met, inside, *nearest, way_of_both + way.model.contact.margin)) return came;
+    return as_seen;
 }
 
 } // namespace trocar::engine
