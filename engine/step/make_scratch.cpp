@@ -35,6 +35,7 @@ void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     bodies.islands.body.resize(model.bodies.size());
     bodies.islands.members.reserve(model.bodies.size());
     bodies.islands.lockstep.reserve(model.bodies.size());
+    bodies.islands.solver.reserve(bodies.contact.solved.capacity(), model.bodies.size());
     bodies.islands.joined.reserve(bodies.contact.rows.capacity());
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];

@@ -10,7 +10,7 @@ namespace trocar::engine {
 namespace {
 
 /// [-], of the largest impulse: an iteration that changes none by more has converged.
-constexpr double kTolerance = 1e-3;
+constexpr double kTolerance = 1e-2;
 /// [-], of the mobility of sides that share no node: with less the two are moved by the same nodes, which no impulse takes apart. What would
 /// part them a little would throw those nodes.
 constexpr double kTogether = 1e-2;
@@ -24,6 +24,8 @@ constexpr double kHoldWeight = 2.0 * 9.81, kHoldOnFixed = 6.0 * 9.81, kStopping 
 constexpr double kLeaving = 0.5;
 /// Of the holds of wholes among one another.
 constexpr unsigned kHoldIterations = 10;
+/// In a sub-step, of solves with the places that the one before brought together. What is left after them stands in the next sub-step.
+constexpr unsigned kMostRounds = 4;
 
 Vec3 position_of(const fem::NodeRecord& node) noexcept { return Vec3(node.x[0], node.x[1], node.x[2]); }
 
@@ -77,20 +79,87 @@ void change_motion(const GivingBody& body) noexcept {
 
 } // namespace
 
-void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept {
+void ContactSolver::reserve(std::size_t rows, std::size_t bodies) {
+    watches_.reserve(rows);
+    near_.reserve(rows);
+    near_before_.reserve(rows);
+    speeds_.reserve(bodies);
+}
+
+ContactSolver::Watch ContactSolver::watch(const ContactRow& row) noexcept {
+    Watch watch;
+    watch.normal = row.normal;
+    watch.velocity = row.a.velocity - row.b.velocity;
+    watch.clear = row.gap;
+    watch.presses = !row.impulse.isZero(0.0);
+    watch.whole = row.is_whole();
+    const ContactSide* const sides[2] = {&row.a, &row.b};
+    for (std::size_t side = 0; side < 2; ++side) {
+        if (!sides[side]->gives()) continue;
+        watch.slot[side] = sides[side]->slot;
+        watch.blend[side] = sides[side]->blend;
+        for (std::size_t foot = 0; foot < sides[side]->feet; ++foot)
+            for (const double weight : sides[side]->weight[foot]) watch.spread[side] += std::abs(sides[side]->share[foot] * weight);
+    }
+    return watch;
+}
+
+void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) {
     rows_ = rows;
     bodies_ = bodies;
     most_ = kMostIterations;
     wholes_ = 0;
+    watches_.clear();
+    near_.clear();
+    speeds_.assign(bodies.size(), {});
     for (ContactRow& row : rows_) {
         wholes_ += row.is_whole();
         row.sum.setZero();
-        if (!row.is_whole()) number_entries(row);
+        row.entries = 0;
+        watches_.push_back(watch(row));
+    }
+}
+
+void ContactSolver::find_speeds() noexcept {
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+        Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+        for (const fem::NodeRecord& node : bodies_[k].nodes) {
+            const Vec3 v = velocity_of(node);
+            low = low.cwiseMin(v);
+            high = high.cwiseMax(v);
+        }
+        speeds_[k] = {0.5 * (low + high), 0.5 * (high - low).norm()};
+    }
+}
+
+/// m/s, at which its gap grows at least, as the bodies move now.
+double ContactSolver::least_rate(const Watch& watch) const noexcept {
+    Vec3 mean = watch.velocity;
+    double apart = 0.0;
+    for (std::size_t side = 0; side < 2; ++side) {
+        if (watch.slot[side] == ContactSide::kNone) continue;
+        const Speeds& speeds = speeds_[watch.slot[side]];
+        mean += (side == 0 ? watch.blend[side] : -watch.blend[side]) * speeds.mean;
+        apart += std::abs(watch.blend[side]) * watch.spread[side] * speeds.apart;
+    }
+    return watch.normal.dot(mean) - apart;
+}
+
+/// Those that may meet within `h` s. cost: the nodes of the bodies, and some ten flops a row
+void ContactSolver::list_near(double h) noexcept {
+    find_speeds();
+    near_.clear();
+    for (Index k = 0; k < watches_.size(); ++k) {
+        Watch& watch = watches_[k];
+        const bool was_near = watch.near;
+        watch.near = watch.whole || watch.presses || !(watch.clear + h * least_rate(watch) > 0.0);
+        if (watch.near) near_.push_back(k);
+        if (was_near && !watch.near) rows_[k].mobility = 0.0;
     }
 }
 
 /// Nodes that several feet stand on, of both sides even, are one entry each.
-void ContactSolver::number_entries(ContactRow& row) const noexcept {
+void ContactSolver::number_entries(ContactRow& row) noexcept {
     row.entries = 0;
     const ContactSide* sides[2] = {&row.a, &row.b};
     for (std::size_t side = 0; side < 2; ++side)
@@ -107,6 +176,7 @@ void ContactSolver::number_entries(ContactRow& row) const noexcept {
 
 /// Both bodies feel the impulse at a's place: the feet of b are moved there together.
 void ContactSolver::place(ContactRow& row) const noexcept {
+    if (row.entries == 0) number_entries(row);
     for (std::size_t k = 0; k < row.entries; ++k) row.entry[k].weight = 0.0;
     double apart = 0.0; // 1/kg, the mobility of sides that share no node
     const auto add = [&](std::size_t side, const ContactSide& of, std::size_t foot, std::size_t k, double weight) {
@@ -184,12 +254,14 @@ double ContactSolver::relax(ContactRow& row) const noexcept {
 }
 
 /// Places that press or would be passed, until they rest; then all of them once more, until none of the others wants to press.
-ContactSolve ContactSolver::iterate() noexcept {
-    ContactSolve solve;
-    solve.converged = false;
-    for (bool all = true; !solve.converged && solve.iterations < most_;) {
+/// done   iterations of the sub-step so far
+ContactSolve ContactSolver::iterate(unsigned done) noexcept {
+    ContactSolve solve{.iterations = done, .converged = false};
+    const unsigned limit = std::max(most_, done + kLeastIterations);
+    for (bool all = true; !solve.converged && solve.iterations < limit;) {
         double largest = 0.0, fastest = 0.0, most = 0.0;
-        for (ContactRow& row : rows_) {
+        for (const Index k : near_) {
+            ContactRow& row = rows_[k];
             if (!(row.mobility > 0.0) || !(all || row.active)) continue;
             const double change = relax(row);
             largest = std::max(largest, change);
@@ -203,8 +275,35 @@ ContactSolve ContactSolver::iterate() noexcept {
         solve.converged = rests && all;
         all = rests;
     }
-    for (ContactRow& row : rows_) {
+    return solve;
+}
+
+/// A solve that ended before it had converged may have given more than contact has taken: then all of its impulses are made smaller together,
+/// which keeps both momenta. With a share s of them the work is s a + s^2 b.
+void ContactSolver::give_no_more(double most) noexcept {
+    double a = 0.0, b = 0.0; // J
+    for (const Index k : near_) {
+        const ContactRow& row = rows_[k];
+        if (row.is_whole()) continue;
+        a += 0.5 * row.impulse.dot(row.before + row.kicked);
+        b += 0.5 * row.impulse.dot(velocity(row) - row.kicked);
+    }
+    if (!(a + b > most)) return;
+    const double share = b > 0.0 ? std::clamp((std::sqrt(a * a + 4.0 * b * most) - a) / (2.0 * b), 0.0, 1.0) : 0.0;
+    for (const Index k : near_) {
+        ContactRow& row = rows_[k];
+        if (row.is_whole()) continue;
+        push(row, (share - 1.0) * row.impulse);
+        row.impulse *= share;
+    }
+}
+
+/// Once a sub-step, after its last iteration.
+ContactSolve ContactSolver::note_work(ContactSolve solve) noexcept {
+    for (const Index k : near_) {
+        ContactRow& row = rows_[k];
         row.sum += row.impulse;
+        watches_[k].presses = !row.impulse.isZero(0.0);
         if (row.is_whole()) continue;
         const Vec3 after = velocity(row);
         solve.work += 0.5 * row.impulse.dot(row.before + after);
@@ -214,16 +313,17 @@ ContactSolve ContactSolver::iterate() noexcept {
 }
 
 void ContactSolver::observe() noexcept {
-    for (ContactRow& row : rows_) {
-        if (row.is_whole()) continue;
-        place(row);
-        row.before = velocity(row);
+    list_near(0.0);
+    for (const Index k : near_) {
+        if (watches_[k].whole) continue;
+        place(rows_[k]);
+        rows_[k].before = velocity(rows_[k]);
     }
 }
 
 void ContactSolver::start() const noexcept {
-    for (const ContactRow& row : rows_)
-        if (row.mobility > 0.0) push(row, row.impulse);
+    for (const Index k : near_)
+        if (rows_[k].mobility > 0.0) push(rows_[k], rows_[k].impulse);
 }
 
 /// The wholes among the rows, their mean motion alone.
@@ -279,27 +379,72 @@ double ContactSolver::hold_whole(ContactRow& row, double h) const noexcept {
     return change.norm() * mobility;
 }
 
+/// Where it acts in this sub-step, and what speed it asks for.
+/// is_new   no sub-step before solved it: its speed before this one is what it is now
+void ContactSolver::prepare_row(Index k, double h, double fastest, bool is_new) noexcept {
+    ContactRow& row = rows_[k];
+    place(row);
+    row.kicked = velocity(row);
+    if (is_new) row.before = row.kicked;
+    row.target = row.now > 0.0 ? -row.now / h : std::min({row.recovery, -row.now / h, fastest});
+    if (!(row.mobility > 0.0)) row.impulse.setZero();
+}
+
+/// Rows that the velocities which the solve came to take together after all. False: none.
+bool ContactSolver::add_passed(double time, double h) noexcept {
+    find_speeds();
+    bool any = false;
+    for (Index k = 0; k < watches_.size(); ++k) {
+        Watch& watch = watches_[k];
+        if (watch.near || watch.clear + h * least_rate(watch) > 0.0) continue;
+        watch.near = any = true;
+        rows_[k].now = gap_at(rows_[k], time);
+        prepare_row(k, h, kCreep, true);
+    }
+    if (!any) return false;
+    near_.clear();
+    for (Index k = 0; k < watches_.size(); ++k)
+        if (watches_[k].near) near_.push_back(k);
+    return true;
+}
+
 ContactSolve ContactSolver::approach(double time, double h, double ratio, double spare) noexcept {
+    std::swap(near_, near_before_);
+    list_near(h);
     double wanted = 0.0; // J, at most, that pushing out gives
-    for (ContactRow& row : rows_) {
+    for (const Index k : near_) {
+        ContactRow& row = rows_[k];
         row.impulse *= ratio;
-        if (!row.is_whole() && gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
+        if (row.is_whole()) continue;
+        row.now = gap_at(row, time);
+        if (row.now < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
     }
     const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
-    for (ContactRow& row : rows_) {
-        if (row.is_whole()) continue;
-        place(row);
-        const double gap = gap_at(row, time);
-        row.target = gap > 0.0 ? -gap / h : std::min({row.recovery, -gap / h, fastest});
-        if (!(row.mobility > 0.0)) row.impulse.setZero();
+    auto before = near_before_.begin();
+    for (const Index k : near_) {
+        while (before != near_before_.end() && *before < k) ++before;
+        if (!watches_[k].whole) prepare_row(k, h, fastest, before == near_before_.end() || *before != k);
     }
     hold_wholes(h);
+    if (wholes_ > 0)
+        for (const Index k : near_)
+            if (!watches_[k].whole) rows_[k].kicked = velocity(rows_[k]);
     start();
-    return iterate();
+    ContactSolve solve = iterate(0);
+    for (unsigned round = 0; round < kMostRounds && add_passed(time, h); ++round) solve = iterate(solve.iterations);
+    if (!solve.converged) give_no_more(std::max(0.0, spare));
+    for (Index k = 0; k < watches_.size(); ++k) {
+        Watch& watch = watches_[k];
+        if (watch.near) watch.clear = rows_[k].now;
+        watch.clear += h * least_rate(watch);
+    }
+    return note_work(solve);
 }
 
 ContactSolve ContactSolver::settle(double time) noexcept {
-    for (ContactRow& row : rows_) {
+    list_near(0.0);
+    for (const Index k : near_) {
+        ContactRow& row = rows_[k];
         if (row.is_whole()) {
             row.last.setZero();
             row.impulse.setZero();
@@ -317,7 +462,7 @@ ContactSolve ContactSolver::settle(double time) noexcept {
         row.target = 0.0;
     }
     start();
-    return iterate();
+    return note_work(iterate(0));
 }
 
 } // namespace trocar::engine

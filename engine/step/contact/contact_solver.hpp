@@ -6,6 +6,9 @@
 // ends early keeps momentum and angular momentum, and what it leaves is a speed of approach that can be told.
 //
 // This work is based on: Moreau 1988; Jean 1999, "The non-smooth contact dynamics method"; Stewart & Trinkle 1996.
+// A place is solved where it presses or could come together within the sub-step: the others are seen by a lower bound of their gap alone,
+// which falls by what the velocities of the two bodies differ by at most, and is checked against the velocities that the solve came to.
+//
 // Deviations: a place follows the tetrahedron beneath it (an affine image of four nodes) within a step, and both bodies feel the impulse at
 // the first one's place: forces have no moment together, friction's included, and the local problem is a scalar, W = sum w_i^2 / m_i.
 // What the nodes of a place have of kinetic energy towards the other body is lost when they meet: a body's share of that falls with the
@@ -94,6 +97,8 @@ struct ContactRow {
     std::uint8_t entry_of[2][ContactSide::kMostFeet][4] = {}; // of a's and b's nodes
 
     // of the sub-step
+    Vec3 kicked = Vec3::Zero(); // m/s, of a against b before its impulses
+    double now = 0.0;      // m, its gap
     double mobility = 0.0; // 1/kg, W
     double target = 0.0;   // m/s, least speed of parting
     bool active = false;   // it pressed when it was relaxed last
@@ -108,8 +113,11 @@ struct ContactSolve {
 
 class ContactSolver {
 public:
+    /// So many rows and bodies allocate nothing.
+    void reserve(std::size_t rows, std::size_t bodies);
+
     /// rows and bodies outlive the step; friction's and normal impulses of the rows are those of a sub-step of `last` s before, or 0.
-    void begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept;
+    void begin(std::span<ContactRow> rows, std::span<GivingBody> bodies);
 
     /// Notes how the bodies move before the first kick: what contact takes is counted from there.
     void observe() noexcept;
@@ -130,7 +138,30 @@ public:
     void limit_iterations(std::uint64_t most) noexcept { most_ = static_cast<unsigned>(std::clamp<std::uint64_t>(most, kLeastIterations, kMostIterations)); }
 
 private:
-    void number_entries(ContactRow& row) const noexcept;
+    /// What tells from afar whether a row's sides may meet.
+    struct Watch {
+        Vec3 normal = Vec3::UnitX(), velocity = Vec3::Zero(); // m/s, of a against b, of what no node carries
+        double clear = 0.0;                                   // m; the gap is no less
+        double spread[2] = {};                                // [-] of each side, sum of its weights' sizes
+        double blend[2] = {};                                 // [-] of each side
+        std::uint32_t slot[2] = {ContactSide::kNone, ContactSide::kNone};
+        bool presses = false, near = false, whole = false;
+    };
+    /// Velocities of a body's nodes: all within `apart` of `mean`, m/s.
+    struct Speeds {
+        Vec3 mean = Vec3::Zero();
+        double apart = 0.0;
+    };
+
+    [[nodiscard]] static Watch watch(const ContactRow& row) noexcept;
+    void find_speeds() noexcept;
+    [[nodiscard]] double least_rate(const Watch& watch) const noexcept;
+    void list_near(double h) noexcept;
+    [[nodiscard]] bool add_passed(double time, double h) noexcept;
+    void prepare_row(Index k, double h, double fastest, bool is_new) noexcept;
+    void give_no_more(double most) noexcept;
+    ContactSolve note_work(ContactSolve solve) noexcept;
+    static void number_entries(ContactRow& row) noexcept;
     void place(ContactRow& row) const noexcept;
     [[nodiscard]] Vec3 velocity(const ContactRow& row) const noexcept;
     void push(const ContactRow& row, const Vec3& impulse) const noexcept;
@@ -139,10 +170,13 @@ private:
     void hold_wholes(double h) const noexcept;
     [[nodiscard]] double hold_whole(ContactRow& row, double h) const noexcept;
     void start() const noexcept;
-    ContactSolve iterate() noexcept;
+    ContactSolve iterate(unsigned done) noexcept;
 
     std::span<ContactRow> rows_;
     std::span<GivingBody> bodies_;
+    std::vector<Watch> watches_;  // [rows]
+    std::vector<Index> near_, near_before_; // rows that the sub-step in hand solves, ascending; those of the one before
+    std::vector<Speeds> speeds_;  // [bodies]
     unsigned most_ = kMostIterations;
     std::size_t wholes_ = 0;
 };
