@@ -56,7 +56,11 @@ struct LeafPair {
     Index leaf_a = 0, leaf_b = 0;
     double gap = std::numeric_limits<double>::infinity(); // m, of the deepest touch that came from it
 
-    [[nodiscard]] auto key() const noexcept { return std::tuple(a, b, leaf_a, leaf_b); }
+    /// Orders by a, b, leaf_a, leaf_b; in two numbers, for thousands of them are sorted in a step.
+    [[nodiscard]] auto key() const noexcept {
+        const auto join = [](std::uint64_t high, std::uint64_t low) { return high << 32 | low; };
+        return std::pair(join(a, b), join(leaf_a, leaf_b));
+    }
 };
 
 /// A vertex of one body that is in another one, or through it, and where it went in.

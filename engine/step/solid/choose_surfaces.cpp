@@ -162,7 +162,8 @@ void list_what_is_left(const SceneModel& model, State& state, SolidScratch& soli
         const double thinner = std::min(solids.bodies[a].thickness, solids.bodies[b].thickness);
         report.unproven_solids += way_of_nodes(model, a, state, solids) + way_of_nodes(model, b, state, solids) > 0.5 * thinner;
     }
-    for (std::vector<LeafPair>* list : {&solids.done_pairs, &solids.left_pairs}) std::sort(list->begin(), list->end(), kByKey);
+    for (std::vector<LeafPair>* list : {&solids.done_pairs, &solids.left_pairs})
+        if (!std::is_sorted(list->begin(), list->end(), kByKey)) std::sort(list->begin(), list->end(), kByKey);
     std::sort(state.solids.entries.begin(), state.solids.entries.end(), kByKey);
     keep_touching(solids, state.solids.touching);
     count_unproven(model, state, solids, report);

@@ -224,7 +224,8 @@ std::uint64_t leaf_units(const SceneModel& model, std::size_t body, Index leaf, 
 }
 
 /// The next leaf pairs that a grant has room for, by key. False: there is no room for one more.
-bool take_batch(const SceneModel& model, std::size_t& next, SolidScratch& solids, SurfaceAccount& account) {
+/// all   those of line_up, by key
+bool take_batch(const SceneModel& model, std::span<const LeafPair> all, std::size_t& next, SolidScratch& solids, SurfaceAccount& account) {
     solids.batch.clear();
     account.settle();
     for (; next < solids.waiting.size(); ++next) {
@@ -236,17 +237,26 @@ bool take_batch(const SceneModel& model, std::size_t& next, SolidScratch& solids
         solids.bodies[pair.b].sphere_seen[pair.leaf_b] |= kGranted;
         solids.batch.push_back(pair);
     }
-    std::sort(solids.batch.begin(), solids.batch.end(), kByKey);
+    if (solids.batch.size() == all.size())
+        std::copy(all.begin(), all.end(), solids.batch.begin());
+    else
+        std::sort(solids.batch.begin(), solids.batch.end(), kByKey);
     return !solids.batch.empty();
 }
 
-/// Fills solids.waiting: those that touched in the last step first.
+/// Fills solids.waiting: those that touched in the last step first. Both lists are by key.
 void line_up(std::span<const LeafPair> pairs, SolidScratch& solids) {
     solids.waiting.clear();
-    for (const bool first : {true, false})
-        for (const LeafPair& pair : pairs)
-            if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, kByKey) == first)
-                solids.waiting.push_back(pair);
+    if (pairs.empty()) return;
+    const auto from = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), pairs.front(), kByKey);
+    for (const bool first : {true, false}) {
+        auto before = from;
+        for (const LeafPair& pair : pairs) {
+            while (before != solids.touching_before.end() && before->key() < pair.key()) ++before;
+            const bool touched = before != solids.touching_before.end() && before->key() == pair.key();
+            if (touched == first) solids.waiting.push_back(pair);
+        }
+    }
 }
 
 /// Leaf pairs of two bodies, as far as the account goes: as many at a time as a grant holds.
@@ -264,7 +274,7 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
     const bool have_edges = solids.bodies[a].sharp.count > 0 && solids.bodies[b].sharp.count > 0;
     line_up(pairs, solids);
     std::size_t next = 0;
-    for (bool first = true; take_batch(model, next, solids, account) || first; first = false) {
+    for (bool first = true; take_batch(model, pairs, next, solids, account) || first; first = false) {
         probe_vertices(from_a, solids.batch, true);
         if (first) probe_entries(from_a);
         probe_vertices(from_b, solids.batch, false);
