@@ -13,6 +13,8 @@ Result<BenchTable> bench_laws(const BenchOptions& options) {
     std::vector<LawRow> laws = measure_solid_laws(options.quick);
     options.progress("rods");
     for (LawRow& row : measure_rod_laws(options.quick)) laws.push_back(std::move(row));
+    options.progress("rods in tissue");
+    for (LawRow& row : measure_wall_laws(options.quick)) laws.push_back(std::move(row));
     std::size_t beyond = 0;
     for (const LawRow& row : laws) {
         const double off = std::abs(row.measured - row.reference);

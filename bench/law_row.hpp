@@ -12,11 +12,15 @@ struct LawRow {
     std::string setting;                                  // step, mesher, budget
 };
 
-/// Contact between solids: impact, momentum, energy, planes, weight, friction.
+/// Contact between solids: impact, momentum, energy, invariance, planes, weight, friction.
 /// quick   fewer steps, one mesher
 [[nodiscard]] std::vector<LawRow> measure_solid_laws(bool quick);
 
 /// A rod alone with planes: weight, stick, capstan, hysteresis, blocked tip, buckling in a tube, clamp, ringing, balance, inner forces.
 [[nodiscard]] std::vector<LawRow> measure_rod_laws(bool quick);
+
+/// A rod in the closed end of a channel in tissue: numerical stiffness, step, mesh.
+/// quick   one stiffness
+[[nodiscard]] std::vector<LawRow> measure_wall_laws(bool quick);
 
 } // namespace trocar::engine

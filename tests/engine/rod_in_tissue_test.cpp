@@ -1,56 +1,13 @@
 // A rod that is far stiffer than the tissue that it presses into: both come to rest, whatever the step.
+#include "bench/closed_end.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {
 namespace {
 
-/// A rod of 1 mm, pushed 3 mm into the closed end of a channel in a block of tissue, and held.
-/// wall_stiffness   N/mm
-/// surface_triangles   of the tissue's mesh: 800 are finer than the channel, 400 coarser
-std::string closed_end(double step, double modulus_mpa, double wall_stiffness, double tissue_kpa, int surface_triangles) {
-    return fmt::format(R"({{
-    "name": "closed-end", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 4}}, "budget": "exact",
-    "contact": {{"wall_stiffness": {}}},
-    "bodies": {{"block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 30], "extent": [40, 40, 60], "cells": 8}},
-            "material": {{"young_modulus": {}, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.02}},
-            "coarse": {{"mesher": "lattice", "surface_triangles": {}}}, "fixed": [{{"box": [[-25, -25, 55], [25, 25, 65]]}}]}},
-        "channel": {{"kind": "static", "hollow": true, "embedded_in": "block", "blend": 5, "surface": {{"shape": "tube", "sides": 16,
-            "axis": [[0, 0, -10, 2.5], [0, 0, 0, 2.5], [0, 0, 10, 2.5], [0, 0, 20, 2.5], [0, 0, 30, 2.5]]}}}}}},
-    "instruments": {{"rod": {{"length": 120, "radius": 1, "young_modulus": {}000, "density": 1100, "segment": 2.5, "skin_triangles": 2000,
-        "tip": {{"shape": "straight"}}, "inserted": 30, "friction": 0, "lumen": "channel",
-        "entry": {{"position": [0, 0, -5], "direction": [0, 0, 1]}}, "path": [[0, 30, 0], [0.5, 34, 0], [2.5, 37, 0], [10, 37, 0]]}}}},
-    "effects": ["elasticity", "damping", "coarse_contact", "exact_contact", "friction"]
-}})",
-                       step, wall_stiffness, tissue_kpa, surface_triangles, modulus_mpa);
-}
-
-/// What the last of four seconds come to, and the push before them.
-struct Held {
-    double least = INFINITY, most = -INFINITY, mean = 0.0, tip = 0.0; // N, N, N, m
-    double highest = 0.0;                                            // N, of all steps
-    double gap = 0.0;                                                // N, the largest of the last ones
-    std::uint64_t unsettled = 0, corrections = 0;
-};
-
-Held hold(double step, double modulus_mpa, double wall_stiffness = 20.0, double tissue_kpa = 50.0, int surface_triangles = 800) {
-    const PreparedScene prepared = test::prepare(closed_end(step, modulus_mpa, wall_stiffness, tissue_kpa, surface_triangles));
-    Simulator simulator(prepared.model);
-    const int rests = static_cast<int>(3.0 / step), count = static_cast<int>(4.0 / step);
-    Held held;
-    for (int k = 0; k < count; ++k) {
-        const StepReport& report = simulator.step();
-        EXPECT_TRUE(report.finite) << report.failure;
-        if (!report.finite) return held;
-        held.highest = std::max(held.highest, report.handle_force_n);
-        held.unsettled += report.unsettled_rods;
-        held.corrections += report.corrections;
-        if (k < rests) continue;
-        held.least = std::min(held.least, report.handle_force_n);
-        held.most = std::max(held.most, report.handle_force_n);
-        held.gap = std::max(held.gap, report.exchange_gap_n);
-        held.mean += report.handle_force_n / (count - rests);
-        held.tip = report.tip.z();
-    }
+Held hold_checked(const ClosedEnd& scene) {
+    const Held held = hold(scene);
+    EXPECT_TRUE(held.finite);
     return held;
 }
 
@@ -94,7 +51,7 @@ TEST(RodInTissue, APushIntoAClosedEndComesToTheSameForceAndPlaceAtEveryStep) {
         Held first;
         for (const double step : {0.005, 0.01, 0.002}) {
             SCOPED_TRACE(fmt::format("{} MPa, steps of {} s", modulus, step));
-            const Held held = hold(step, modulus);
+            const Held held = hold_checked({.step = step, .modulus_mpa = modulus});
             if (step == 0.005) first = held;
             EXPECT_GT(held.mean, 0.4) << "N";
             EXPECT_LT(held.most, 1.01 * held.mean) << "N";
@@ -116,7 +73,7 @@ TEST(RodInTissue, WhateverIsSofterBothComeToRest) {
     };
     for (const Pair pair : {Pair{20, 50}, {60, 50}, {200, 2}, {2000, 2}, {200, 500}, {2000, 500}}) {
         SCOPED_TRACE(fmt::format("{} MPa in {} kPa", pair.modulus_mpa, pair.tissue_kpa));
-        const Held held = hold(0.01, pair.modulus_mpa, 20.0, pair.tissue_kpa);
+        const Held held = hold_checked({.modulus_mpa = pair.modulus_mpa, .tissue_kpa = pair.tissue_kpa});
         EXPECT_LT(held.most, 1.01 * held.mean) << "N";
         EXPECT_GT(held.least, 0.99 * held.mean) << "N";
         EXPECT_LT(held.highest, 1.5 * held.mean) << "N";
@@ -129,7 +86,7 @@ TEST(RodInTissue, ACoarseMeshHoldsAsStillAsAFineOne) {
         double first = 0.0;
         for (const double step : {0.01, 0.002}) {
             SCOPED_TRACE(fmt::format("{} MPa, steps of {} s", modulus, step));
-            const Held held = hold(step, modulus, 20.0, 50.0, 400);
+            const Held held = hold_checked({.step = step, .modulus_mpa = modulus, .surface_triangles = 400});
             if (first == 0.0) first = held.mean;
             EXPECT_NEAR(held.mean, first, 0.01 * first) << "N";
             EXPECT_LT(held.most - held.least, 0.01 * held.mean) << "N";
@@ -142,10 +99,10 @@ TEST(RodInTissue, ACoarseMeshHoldsAsStillAsAFineOne) {
 
 /// By which stiffness both answer one another decides how fast they agree, not on what.
 TEST(RodInTissue, TheStiffnessThatBothAnswerWithChangesNothing) {
-    const double wanted = hold(0.01, 200).mean;
+    const double wanted = hold_checked({}).mean;
     for (const double wall_stiffness : {0.2, 2.0, 200.0}) {
         SCOPED_TRACE(fmt::format("{} N/mm", wall_stiffness));
-        EXPECT_NEAR(hold(0.01, 200, wall_stiffness).mean, wanted, 0.005 * wanted) << "N";
+        EXPECT_NEAR(hold_checked({.wall_stiffness = wall_stiffness}).mean, wanted, 0.005 * wanted) << "N";
     }
 }
 

@@ -20,5 +20,7 @@ TEST(RodLaws, HoldForRandomRodsAtEveryStepLength) { expect_to_hold(measure_rod_l
 
 TEST(SolidLaws, HoldAsTheBenchMeasuresThem) { expect_to_hold(measure_solid_laws(true)); }
 
+TEST(RodInTissue, HoldsAsTheBenchMeasuresIt) { expect_to_hold(measure_wall_laws(true)); }
+
 } // namespace
 } // namespace trocar::engine

@@ -9,8 +9,10 @@ namespace trocar::engine {
 
 namespace {
 
-/// [-], of the largest impulse: an iteration that changes none by more has converged.
-constexpr double kTolerance = 1e-2;
+/// [-], of the largest impulse: an iteration that changes none by more has converged; after so many, one that changes none by more than the
+/// second: the rest goes on in the next sub-step, from its warm start.
+constexpr double kTolerance = 1e-3, kLateTolerance = 3e-3;
+constexpr unsigned kLate = 20;
 /// [-], of the mobility of sides that share no node: with less the two are moved by the same nodes, which no impulse takes apart. What would
 /// part them a little would throw those nodes.
 constexpr double kTogether = 1e-2;
@@ -122,13 +124,12 @@ void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodi
 
 void ContactSolver::find_speeds() noexcept {
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
-        Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-        for (const fem::NodeRecord& node : bodies_[k].nodes) {
-            const Vec3 v = velocity_of(node);
-            low = low.cwiseMin(v);
-            high = high.cwiseMax(v);
-        }
-        speeds_[k] = {0.5 * (low + high), 0.5 * (high - low).norm()};
+        Vec3 mean = Vec3::Zero();
+        for (const fem::NodeRecord& node : bodies_[k].nodes) mean += velocity_of(node);
+        if (!bodies_[k].nodes.empty()) mean /= static_cast<double>(bodies_[k].nodes.size());
+        double apart_sq = 0.0;
+        for (const fem::NodeRecord& node : bodies_[k].nodes) apart_sq = std::max(apart_sq, (velocity_of(node) - mean).squaredNorm());
+        speeds_[k] = {mean, std::sqrt(apart_sq)};
     }
 }
 
@@ -253,17 +254,23 @@ double ContactSolver::relax(ContactRow& row) const noexcept {
     return change.norm();
 }
 
-/// Places that press or would be passed, until they rest; then all of them once more, until none of the others wants to press.
+/// Places that press or would be passed, until they rest; then all of them once more, until none of the others wants to press. Between two
+/// passes impulses go on as those before have changed them, as far as the changes shrink (nonsmooth nonlinear conjugate gradients,
+/// Silcowitz-Hansen, Niebe & Erleben 2010); a pass comes last, and leaves every impulse in its cone.
 /// done   iterations of the sub-step so far
 ContactSolve ContactSolver::iterate(unsigned done) noexcept {
     ContactSolve solve{.iterations = done, .converged = false};
     const unsigned limit = std::max(most_, done + kLeastIterations);
-    for (bool all = true; !solve.converged && solve.iterations < limit;) {
-        double largest = 0.0, fastest = 0.0, most = 0.0;
+    double before = 0.0; // J, what the pass before changed; 0: none that this one could go on from
+    for (bool all = true;;) {
+        double largest = 0.0, fastest = 0.0, most = 0.0, changed = 0.0;
         for (const Index k : near_) {
             ContactRow& row = rows_[k];
             if (!(row.mobility > 0.0) || !(all || row.active)) continue;
+            const Vec3 from = row.impulse;
             const double change = relax(row);
+            row.change = row.impulse - from;
+            changed += row.mobility * change * change;
             largest = std::max(largest, change);
             fastest = std::max(fastest, change * row.mobility);
             most = std::max(most, row.impulse.norm());
@@ -271,11 +278,23 @@ ContactSolve ContactSolver::iterate(unsigned done) noexcept {
         }
         ++solve.iterations;
         solve.residual = largest;
-        const bool rests = !(largest > kTolerance * most) || fastest < kStill;
+        const double tolerance = solve.iterations < kLate ? kTolerance : kLateTolerance;
+        const bool rests = !(largest > tolerance * most) || fastest < kStill;
         solve.converged = rests && all;
+        if (solve.converged || solve.iterations >= limit) return solve;
+        const double share = before > 0.0 && changed < before ? changed / before : 0.0;
+        for (const Index k : near_) {
+            ContactRow& row = rows_[k];
+            if (!row.active || !(row.mobility > 0.0)) continue;
+            const Vec3 onward = share * row.way;
+            row.way = onward + row.change;
+            if (rests || share == 0.0) continue;
+            row.impulse += onward;
+            push(row, onward);
+        }
+        before = rests ? 0.0 : changed;
         all = rests;
     }
-    return solve;
 }
 
 /// A solve that ended before it had converged may have given more than contact has taken: then all of its impulses are made smaller together,
@@ -388,6 +407,7 @@ void ContactSolver::prepare_row(Index k, double h, double fastest, bool is_new) 
     if (is_new) row.before = row.kicked;
     row.target = row.now > 0.0 ? -row.now / h : std::min({row.recovery, -row.now / h, fastest});
     if (!(row.mobility > 0.0)) row.impulse.setZero();
+    row.active = false;
 }
 
 /// Rows that the velocities which the solve came to take together after all. False: none.

@@ -97,6 +97,7 @@ struct ContactRow {
     std::uint8_t entry_of[2][ContactSide::kMostFeet][4] = {}; // of a's and b's nodes
 
     // of the sub-step
+    Vec3 change = Vec3::Zero(), way = Vec3::Zero(); // N s, of its impulse in the last pass, and in that and those before
     Vec3 kicked = Vec3::Zero(); // m/s, of a against b before its impulses
     double now = 0.0;      // m, its gap
     double mobility = 0.0; // 1/kg, W
