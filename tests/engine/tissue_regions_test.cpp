@@ -217,7 +217,7 @@ TEST_F(Regions, AreAllListedByExplainThoseWithoutATissueOfTheirOwnToo) {
     const Result<PreparedScene> prepared = make_prepared_scene(*scene);
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     std::string told;
-    explain_scene(*scene, *prepared, [&](const std::string& part) { told += part; }, {});
+    explain_scene(*scene, *prepared, [&](const std::string& part) { told += part; }, [](const std::string&) {});
     EXPECT_THAT(told, HasSubstr("region 5 (5 of region): 162 tetrahedra, 27000 mm^3, the body's material"));
     EXPECT_THAT(told, HasSubstr("region tumour (9 of region): 486 tetrahedra, 81000 mm^3, Young's modulus 40000 Pa, 1500 kg/m^3"));
 }
