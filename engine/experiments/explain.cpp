@@ -64,9 +64,9 @@ void tell_regions(const Scene& scene, const BodySummary& body, std::string& text
         const std::string tissue = region.has_own_tissue ? fmt::format("Young's modulus {}, {:g} kg/m^3", with_unit(region.young_modulus, Dimension::Pressure, scene.units),
                                                                        region.density)
                                                          : "the body's material";
-        text += fmt::format("  {:<15} region {}({} of {}): {} tetrahedra, {:.6g} mm^3, {}\n", "",
-                            region.name.empty() ? std::string() : printable(fmt::format("{:.40} ", region.name)), region.label,
-                            printable(fmt::format("{:.40}", body.region_array)), region.tets, 1e9 * region.volume_m3, tissue);
+        text += fmt::format("  {:<15} region {}({} {}): {} tetrahedra, {:.6g} mm^3, {}\n", "",
+                            region.name.empty() ? std::string() : printable(fmt::format("{:.40} ", region.name)),
+                            printable(fmt::format("{:.40}", body.region_array)), region.label, region.tets, 1e9 * region.volume_m3, tissue);
     }
 }
 

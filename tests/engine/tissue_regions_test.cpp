@@ -210,7 +210,7 @@ TEST_F(Regions, StayWhatTheyAreWhereDampingIsLeftOut) {
 }
 
 TEST_F(Regions, AreAllListedByExplainThoseWithoutATissueOfTheirOwnToo) {
-    write_bar([](const Vec3& x) { return x.x() < 0.25 * kLength ? 5.0 : 9.0; });
+    write_bar([](const Vec3& x) { return x.x() < 0.25 * kLength ? 5.0 : 9.0; }, "layer", 0.0);
     const std::string scene_text = text({.regions = R"({"tumour": {"label": 9, "young_modulus": 40000, "density": 1500}})"});
     const Result<Scene> scene = parse_scene(scene_text, "scenes/step.json");
     ASSERT_TRUE(scene.ok());
@@ -218,8 +218,8 @@ TEST_F(Regions, AreAllListedByExplainThoseWithoutATissueOfTheirOwnToo) {
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     std::string told;
     explain_scene(*scene, *prepared, [&](const std::string& part) { told += part; }, [](const std::string&) {});
-    EXPECT_THAT(told, HasSubstr("region 5 (5 of region): 162 tetrahedra, 27000 mm^3, the body's material"));
-    EXPECT_THAT(told, HasSubstr("region tumour (9 of region): 486 tetrahedra, 81000 mm^3, Young's modulus 40000 Pa, 1500 kg/m^3"));
+    EXPECT_THAT(told, HasSubstr("region (layer 5): 162 tetrahedra, 27000 mm^3, the body's material"));
+    EXPECT_THAT(told, HasSubstr("region tumour (layer 9): 486 tetrahedra, 81000 mm^3, Young's modulus 40000 Pa, 1500 kg/m^3"));
 }
 
 TEST_F(Regions, ThatAreWrongAreRefusedWithLineKeyAndWhatWasExpected) {
