@@ -18,6 +18,8 @@ namespace {
 
 constexpr double kLargestLabel = 9007199254740992.0; // 2^53: beyond it a double does not tell integers apart
 constexpr std::size_t kMostListed = 12;
+/// On average, at least: an array of another name that has fewer counts its cells.
+constexpr std::size_t kCellsOfARegion = 2;
 
 /// What arrays of regions are called, letters and digits alone: the first that is there is taken.
 constexpr std::array kUsualNames{"region", "regions", "regionid", "material", "materials", "materialid", "materialids", "matid", "label", "labels",
@@ -72,7 +74,7 @@ Result<const CellArray*> choose_array(const BesideTets& beside) {
     for (const char* usual : kUsualNames)
         for (const CellArray* array : fitting)
             if (plain_name(array->name) == usual) return array;
-    if (fitting.size() == 1) return fitting.front();
+    if (fitting.size() == 1 && kCellsOfARegion * distinct_labels(beside, *fitting[0]).size() <= beside.place_of_tet.size()) return fitting[0];
     if (beside.arrays.empty()) return no_array("no cell array says which region a cell belongs to; expected one of integers");
     return no_array(fmt::format("none of the cell arrays {} is known to say which region a cell belongs to; expected one of integers to be named, by \"region_array\" of a scene or --regions of import",
                                 fmt::join(shown_names(beside), ", ")));

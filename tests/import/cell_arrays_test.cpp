@@ -160,7 +160,6 @@ TEST_F(CellArrays, OfEveryFormatGiveEachTetrahedronTheLabelOfItsCell) {
         {"scalars.vtk", vtk(kScalars), "part"},
         {"field.vtk", vtk_binary(), "MaterialIds"},
         {"a.vtu", vtu(array_of("quality", "Float64", "0.5 0.7") + array_of("RegionId", "Int32", "3 7")), "RegionId"},
-        {"only.vtu", vtu(array_of("quality", "Float64", "0.5 0.7") + array_of("whatever", "UInt8", "3 7")), "whatever"},
         {"a.mesh", medit(), "medit:ref"},
         {"a.veg", veg(kSets), "vega:region", {{1, "rest"}, {2, "tumour"}}, {1, 2}},
         {"all.veg", veg("*SET tumour\n2\n*REGION\nallElements, A\n*REGION\ntumour, B\n"), "vega:region", {{1, "allElements"}, {2, "tumour"}}, {1, 2}},
@@ -255,6 +254,9 @@ TEST_F(CellArrays, ThatAreDamagedAreRefusedWhereTheyAreAskedForAndDoNoHarmElsewh
     ASSERT_TRUE(read_tets(write("two.vtu", vtu(array_of("one", "Int32", "3 4") + array_of("other", "Int32", "4 3"))), &beside).ok());
     EXPECT_THAT(find_tet_labels(beside).error().message, HasSubstr("none of the cell arrays one, other is known to say"));
     EXPECT_EQ(find_tet_labels(beside, "other")->of_tet, (std::vector<std::int64_t>{4, 3}));
+    ASSERT_TRUE(read_tets(write("numbers.vtu", vtu(array_of("whatever", "UInt8", "3 7"))), &beside).ok());
+    EXPECT_FALSE(find_tet_labels(beside).ok()) << "a number for each cell is no region";
+    ASSERT_TRUE(read_tets(folder / "two.vtu", &beside).ok());
     EXPECT_THAT(find_tet_labels(beside, "othre").error().message, HasSubstr("nearest known cell array: \"other\""));
 }
 
