@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <queue>
+#include <utility>
 
 namespace trocar {
 namespace {
@@ -65,12 +67,15 @@ public:
 
 private:
     [[nodiscard]] Vec3 best_position(const Quadric& q, Index lo, Index hi) const;
-    void push(Index lo, Index hi);
+    void push(Index lo, Index hi, bool only_later = false);
     bool collapse(Index lo, Index hi);
     [[nodiscard]] bool keeps_topology(Index lo, Index hi) const;
     [[nodiscard]] bool keeps_shape(Index moved, Index other, const Vec3& target) const;
     [[nodiscard]] std::vector<Index> neighbours(Index v) const;
     [[nodiscard]] bool has(Index t, Index v) const { return triangles_[t][0] == v || triangles_[t][1] == v || triangles_[t][2] == v; }
+    void begin_round();
+    void wake(Index v);
+    void note_change(Index lo, const std::vector<Index>& around_lo);
 
     Vec3 origin_;
     double scale_;
@@ -84,11 +89,18 @@ private:
     std::vector<std::vector<Index>> around_; // [vertex] living triangles
     std::size_t living_ = 0;
     std::priority_queue<Collapse> heap_;
+    // A collapse that was refused is tried again once its surroundings have changed, as if every round tried all of them.
+    std::uint32_t round_ = 0;
+    std::vector<std::uint32_t> awake_;         // [vertex] last round in which all its edges were in the heap
+    std::vector<std::uint32_t> changed_round_; // [vertex] last round in which its triangles changed
+    std::vector<Index> changed_;               // in this round, each once
+    std::optional<Collapse> latest_;           // of those that this round has taken from the heap, the last in its order
 };
 
 Simplifier::Simplifier(const TriMesh& mesh, const SimplifyOptions& options)
     : position_(mesh.vertices), quadric_(mesh.vertices.size()), version_(mesh.vertices.size(), 0), on_border_(mesh.vertices.size(), false),
-      triangles_(mesh.triangles), alive_(mesh.triangles.size(), true), around_(mesh.vertices.size()), living_(mesh.triangles.size()) {
+      triangles_(mesh.triangles), alive_(mesh.triangles.size(), true), around_(mesh.vertices.size()), living_(mesh.triangles.size()),
+      awake_(mesh.vertices.size(), 0), changed_round_(mesh.vertices.size(), 0) {
     const Box3 box = mesh.bounds();
     origin_ = box.centre();
     scale_ = box.longest_edge();
@@ -142,14 +154,16 @@ Vec3 Simplifier::best_position(const Quadric& q, Index lo, Index hi) const {
     return step.squaredNorm() <= (position_[hi] - position_[lo]).squaredNorm() ? Vec3(middle + step) : middle;
 }
 
-void Simplifier::push(Index lo, Index hi) {
+/// only_later  not where its turn in this round has passed
+void Simplifier::push(Index lo, Index hi, bool only_later) {
     if (lo > hi) std::swap(lo, hi);
     Quadric q = quadric_[lo];
     q += quadric_[hi];
     const double error = q.at(best_position(q, lo, hi));
     if (error > cost_limit_ * cost_limit_ * q.area) return;
     const double shape = kShapeWeight * q.area * (position_[hi] - position_[lo]).squaredNorm();
-    heap_.push({error + shape, lo, hi, version_[lo], version_[hi]});
+    const Collapse made{error + shape, lo, hi, version_[lo], version_[hi]};
+    if (!only_later || !latest_ || made < *latest_) heap_.push(made);
 }
 
 /// The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999), for surfaces with border.
@@ -221,22 +235,62 @@ bool Simplifier::collapse(Index lo, Index hi) {
     quadric_[lo] = q;
     ++version_[lo];
     ++version_[hi];
-    for (const Index v : neighbours(lo)) push(lo, v);
+    const std::vector<Index> around_lo = neighbours(lo);
+    note_change(lo, around_lo);
+    for (const Index v : around_lo) push(lo, v);
     return true;
+}
+
+/// Its edges join the round, if they are not in it.
+void Simplifier::wake(Index v) {
+    if (awake_[v] == round_) return;
+    for (const Index w : neighbours(v))
+        if (awake_[w] != round_) push(v, w, true);
+    awake_[v] = round_;
+}
+
+/// Whether an edge may collapse depends on the triangles of its ends, and on how many those across from it have.
+void Simplifier::note_change(Index lo, const std::vector<Index>& around_lo) {
+    const auto note = [this](Index v) {
+        if (changed_round_[v] != round_) changed_.push_back(v);
+        changed_round_[v] = round_;
+    };
+    note(lo);
+    for (const Index v : around_lo) note(v);
+    if (round_ == 1) return; // all are awake
+    awake_[lo] = round_;     // all its edges are pushed anew
+    for (const Index v : around_lo) {
+        wake(v);
+        for (const Index t : around_[v])
+            for (const Index w : triangles_[t]) wake(w);
+    }
+}
+
+/// The first has all edges, a later one those whose surroundings have changed in the round before.
+void Simplifier::begin_round() {
+    heap_ = {};
+    latest_.reset();
+    const std::vector<Index> changed = std::exchange(changed_, {});
+    if (++round_ == 1) {
+        for (const auto& [lo, hi] : unique_edges(triangles_)) push(lo, hi);
+        std::fill(awake_.begin(), awake_.end(), round_);
+        return;
+    }
+    for (const Index v : changed) {
+        wake(v);
+        for (const Index w : neighbours(v)) wake(w);
+    }
 }
 
 void Simplifier::reduce_to(std::size_t target) {
     // A refused collapse may become possible once its surroundings have changed: go round until nothing does.
     for (bool progress = true; progress && living_ > target;) {
         progress = false;
-        heap_ = {};
-        std::vector<Triangle> living;
-        for (std::size_t t = 0; t < triangles_.size(); ++t)
-            if (alive_[t]) living.push_back(triangles_[t]);
-        for (const auto& [lo, hi] : unique_edges(living)) push(lo, hi);
+        begin_round();
         while (!heap_.empty() && living_ > target) {
             const Collapse next = heap_.top();
             heap_.pop();
+            if (!latest_ || next < *latest_) latest_ = next;
             if (next.lo_version != version_[next.lo] || next.hi_version != version_[next.hi]) continue;
             if (collapse(next.lo, next.hi)) progress = true;
         }

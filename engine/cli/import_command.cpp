@@ -9,6 +9,7 @@
 #include "engine/importing/import_steve.hpp"
 #include "engine/importing/import_vessel.hpp"
 #include "engine/importing/vessel_files.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/report/output_folder.hpp"
 
@@ -61,6 +62,9 @@ int finish_organ(const ImportedOrgan& organ, const ImportSource& source, const I
     print_facts(source, organ.repairs);
     fmt::print("surface    {} triangles, closed, manifold\n", organ.surface.triangles.size());
     for (const std::string& sentence : organ.quality) fmt::print("tets       {}\n", sentence);
+    for (const RegionSummary& region : organ.regions) fmt::print("region     {}\n", describe_region(region));
+    if (!organ.regions.empty()) fmt::print("           by the cell array {}; all have the organ's material until the scene says another\n", printable(organ.labels.array));
+    if (!organ.labels_note.empty()) fmt::print("region     {}\n", organ.labels_note);
     return end_import(request, out);
 }
 
@@ -70,7 +74,12 @@ int import_organ_file(ImportRequest& request) {
     ImportSource source = source_of(request);
     const auto hold = hold_of(request);
     if (!hold.ok()) return report_error(hold.error());
-    Result<OrganInput> input = read_organ(request.file);
+    Result<OrganInput> input = read_organ(request.file, request.regions);
+    if (!input.ok() && input.error().file.empty()) { // of the array, not of the file's text
+        Error error = about_file(input.error(), request.file);
+        error.key = "--regions";
+        return report_error(error);
+    }
     if (!input.ok()) return report_error(input.error());
     const Box3 box = input->surface.bounds();
     const auto unit = choose_unit(request, box.longest_edge(), source);
@@ -98,7 +107,7 @@ int import_segmentation(ImportRequest& request) {
     if (request.kind == "organ") {
         const auto hold = hold_of(request);
         if (!hold.ok()) return report_error(hold.error());
-        Result<ImportedOrgan> organ = import_organ({std::nullopt, std::move(segment->mesh)}, 1.0, mend_mode(request), *hold);
+        Result<ImportedOrgan> organ = import_organ({.tets = std::nullopt, .surface = std::move(segment->mesh), .split = {}, .labels = {}, .labels_note = {}}, 1.0, mend_mode(request), *hold);
         progress.clear();
         if (!organ.ok()) return report_error(about_file(organ.error(), request.file));
         organ->repairs.insert(organ->repairs.begin(), segment->repairs.begin(), segment->repairs.end());

@@ -3,6 +3,8 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/importing/unit_guess.hpp"
 #include "engine/io/printable.hpp"
+#include "engine/scene/device.hpp"
+#include "engine/scene/nearest.hpp"
 #include "engine/scene/units.hpp"
 
 #include <CLI/CLI.hpp>
@@ -30,10 +32,15 @@ void add_output_options(CLI::App& command, ImportRequest& request) {
     command.add_flag("--quiet", request.quiet, "no progress line");
 }
 
+static void add_instrument_option(CLI::App& command, ImportRequest& request) {
+    command.add_option("--instrument", request.device, "a device that `trocar devices` lists; a catheter made for the way where none is named");
+}
+
 void add_vessel_options(CLI::App& command, ImportRequest& request) {
     command.add_option("--inlet", request.inlet, "x,y,z in the file's unit, near the end that instruments enter by; the widest end where none is given");
     command.add_option("--repair", request.repair, "auto: what the surface needs, each repair named with its count; none: refuse a surface that needs one")
         ->check(CLI::IsMember({"auto", "none"}));
+    add_instrument_option(command, request);
 }
 
 void add_surface_options(CLI::App& command, ImportRequest& request) {
@@ -62,6 +69,7 @@ void add_organ_options(CLI::App& command, ImportRequest& request) {
         ->required();
     command.add_option("--unit", request.unit, "of the file's coordinates: m, cm, mm, um; recognised by size where none is given");
     command.add_option("--hold", request.hold, "x,y,z,share: direction to the part that is held, and its share of the extent along it");
+    command.add_option("--regions", request.regions, "cell array of integers that says which region each cell belongs to; the usual ones are found by name");
     command.add_option("--repair", request.repair, "auto: what the surface needs, each repair named with its count; none: refuse a surface that needs one")
         ->check(CLI::IsMember({"auto", "none"}));
     add_output_options(command, request);
@@ -69,6 +77,7 @@ void add_organ_options(CLI::App& command, ImportRequest& request) {
 
 void add_curve_options(CLI::App& command, ImportRequest& request, const char* what) {
     command.add_option("centrelines", request.file, what)->required();
+    add_instrument_option(command, request);
     command.add_option("--inlet", request.inlet, "x,y,z in mm, near the end that instruments enter by; the widest end where none is given");
     add_output_options(command, request);
 }
@@ -137,6 +146,8 @@ static std::vector<double> parse_list(const std::string& text, std::size_t count
 Result<VesselOptions> vessel_options(const ImportRequest& request, double unit) {
     VesselOptions options;
     options.mode = mend_mode(request);
+    if (!request.device.empty() && !find_device(request.device)) return bad_import_option("--instrument", refuse_unknown("device", request.device, device_names()));
+    options.device = request.device;
     if (request.inlet.empty()) return options;
     const std::vector<double> place = parse_list(request.inlet, 3);
     if (place.empty())

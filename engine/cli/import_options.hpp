@@ -14,7 +14,7 @@ namespace trocar::engine {
 
 struct ImportRequest {
     std::filesystem::path file, out;
-    std::string unit, inlet, repair = "auto", label, kind = "vessel", hold = "0,0,1,0.15";
+    std::string unit, inlet, repair = "auto", label, regions, device, kind = "vessel", hold = "0,0,1,0.15";
     double error_voxels = 0.4;
     bool force = false, quiet = false, explain = true;
 };

@@ -33,7 +33,7 @@ void print_vessel(const ImportedVessel& vessel, const ImportSource& source) {
     std::size_t points = 0;
     for (const CentrelineBranch& branch : vessel.branches) points += branch.points.size();
     fmt::print("centreline {} branches, {} points\n", vessel.branches.size(), points);
-    fmt::print("instrument radius {:.3g} mm, follows {}\n", 1e3 * vessel.instrument.radius, vessel.targets[vessel.instrument.target].name);
+    fmt::print("instrument {}radius {:.3g} mm, follows {}\n", vessel.instrument.device.empty() ? "" : vessel.instrument.device + ", ", 1e3 * vessel.instrument.radius, vessel.targets[vessel.instrument.target].name);
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/experiments/laid_out.hpp"
 #include "engine/experiments/trial_run.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/render/describe_graphics.hpp"
 #include "engine/report/floor.hpp"
 #include "engine/scene/check.hpp"
@@ -57,6 +58,18 @@ void tell_material(const Scene& scene, const SceneBody& body, std::string& text)
         text += fmt::format("  {:<15} stress relaxes: the shear modulus at once is {:.4g} times that in the end\n", "", 1.0 + relaxing);
 }
 
+/// What a coarse mesh's labels name, and which tissue they have.
+void tell_regions(const Scene& scene, const BodySummary& body, std::string& text) {
+    for (const RegionSummary& region : body.regions) {
+        const std::string tissue = region.has_own_tissue ? fmt::format("Young's modulus {}, {:g} kg/m^3", with_unit(region.young_modulus, Dimension::Pressure, scene.units),
+                                                                       region.density)
+                                                         : "the body's material";
+        text += fmt::format("  {:<15} region {}({} {}): {} tetrahedra, {:.6g} mm^3, {}\n", "",
+                            region.name.empty() ? std::string() : printable(fmt::format("{:.40} ", region.name)),
+                            printable(fmt::format("{:.40}", body.region_array)), region.label, region.tets, 1e9 * region.volume_m3, tissue);
+    }
+}
+
 void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string& text) {
     text += "\nbodies\n";
     for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
@@ -69,6 +82,7 @@ void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string&
                        1e3 * b.stable_step_s);
         text += "\n";
         if (model.tissue) tell_material(scene, scene.bodies[i], text);
+        tell_regions(scene, b, text);
         if (b.links > 0)
             text += fmt::format("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
                        model.host_body ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,

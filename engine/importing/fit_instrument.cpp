@@ -1,6 +1,8 @@
 #include "engine/importing/fit_instrument.hpp"
 
 #include "engine/prepare/way_shape.hpp"
+#include "engine/scene/device.hpp"
+#include "engine/scene/nearest.hpp"
 
 #include <fmt/format.h>
 
@@ -125,9 +127,41 @@ std::size_t choose_target(const std::vector<VesselTarget>& targets, const std::v
     return best;
 }
 
+/// Radius, segment and length of a catheter made for the way to the target.
+Result<void> size_catheter(FittingInstrument& fit, const VesselTarget& aim, double longest) {
+    fit.radius = std::clamp(kRadiusShare * aim.narrowest, kThinnest, kThickest);
+    fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
+    fit.length = std::min(longest + kSpareLength, kLongestInstrument);
+    if (aim.narrowest >= kRoom * fit.radius) return {};
+    return Error{ErrorCode::BadMesh,
+                 fmt::format("its widest way is {:.3g} mm wide at its narrowest place, and instruments are {:.3g} mm at least; expected "
+                             "another --unit, or another --inlet",
+                             2e3 * aim.narrowest, 2e3 * kThinnest)};
+}
+
+/// The same of a device, which is cut off behind where it is longer than the ways.
+Result<void> size_device(FittingInstrument& fit, std::string_view name, const VesselTarget& aim, double longest, std::vector<std::string>& notes) {
+    const auto text = find_device(name);
+    if (!text) return Error{ErrorCode::BadUsage, refuse_unknown("device", name, device_names()), {}, 0, 0, "--instrument"};
+    const Result<Device> device = parse_device(*text, std::string(name));
+    if (!device.ok()) return device.error();
+    const fem::RodDesign& design = device->instrument.design;
+    fit.device = name;
+    fit.radius = design.radius;
+    fit.segment = std::min(design.segment, std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3));
+    fit.length = std::min(longest + kSpareLength, design.length);
+    if (design.length < longest)
+        notes.push_back(fmt::format("{} is {:.4g} mm long, and the farthest target is {:.4g} mm away", name, 1e3 * design.length, 1e3 * longest));
+    if (aim.narrowest >= kRoom * fit.radius) return {};
+    return Error{ErrorCode::BadMesh,
+                 fmt::format("its widest way is {:.3g} mm wide at its narrowest place, and {} is {:.3g} mm thick; expected a place {:g} times as wide: another "
+                             "device, another --unit, or another --inlet",
+                             2e3 * aim.narrowest, name, 2e3 * fit.radius, kRoom)};
+}
+
 } // namespace
 
-Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
+Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside, std::string_view device) {
     std::vector<std::size_t> begins;
     std::vector<CentrelineWay> ways;
     std::vector<ForkNeeds> needs;
@@ -140,28 +174,22 @@ Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
     FittingInstrument& fit = vessel.instrument;
     fit.target = choose_target(vessel.targets, needs);
     const VesselTarget& aim = vessel.targets[fit.target];
-    fit.radius = std::clamp(kRadiusShare * aim.narrowest, kThinnest, kThickest);
-    if (aim.narrowest < kRoom * fit.radius)
-        return Error{ErrorCode::BadMesh,
-                     fmt::format("its widest way is {:.3g} mm wide at its narrowest place, and instruments are {:.3g} mm at least; expected "
-                                 "another --unit, or another --inlet",
-                                 2e3 * aim.narrowest, 2e3 * kThinnest)};
+    double longest = 0.0;
+    for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);
+    const Result<void> sized = device.empty() ? size_catheter(fit, aim, longest) : size_device(fit, device, aim, longest, vessel.notes);
+    if (!sized.ok()) return sized;
     vessel.entry = ways[fit.target].points[begins[fit.target]];
     vessel.direction = direction_at(ways[fit.target], begins[fit.target]);
     fit.inserted = 0.8 * free_ahead(inside, vessel.entry, vessel.direction, fit.radius);
-    fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
     shape_tip(fit, needs[fit.target], aim.narrowest);
     fit.speed = std::min(kRadiiASecond * aim.narrowest, kFastest);
     fit.tolerance = kArrivedShare * aim.radius;
-    double longest = 0.0;
-    for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);
-    fit.length = std::min(longest + kSpareLength, kLongestInstrument);
     std::size_t narrow = 0;
     for (const VesselTarget& target : vessel.targets) narrow += target.narrowest < kRoom * fit.radius;
     if (narrow > 0)
         vessel.notes.push_back(fmt::format("{} of {} targets lie behind places that are too narrow for the instrument's radius of {:.3g} mm; "
-                                           "a smaller \"radius\" in the scene reaches them",
-                                           narrow, vessel.targets.size(), 1e3 * fit.radius));
+                                           "a smaller {} reaches them",
+                                           narrow, vessel.targets.size(), 1e3 * fit.radius, fit.device.empty() ? "\"radius\" in the scene" : "device"));
     return {};
 }
 

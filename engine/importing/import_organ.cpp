@@ -3,6 +3,7 @@
 #include "base/topology.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/mesh_path.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/io/read_tets.hpp"
 #include "engine/io/weld.hpp"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace trocar::engine {
@@ -75,20 +77,67 @@ std::string organ_report_text(const ImportedOrgan& organ, const ImportSource& so
     json["quality"] = organ.quality;
     json["surface"] = {{"file", import_name::kOrganSurface}, {"triangles", organ.surface.triangles.size()}, {"volume_mm3", 1e9 * signed_volume(organ.surface)}};
     json["tets"] = organ.tets ? Ordered(organ.tets->tets.size()) : Ordered();
+    json["regions"] = Ordered::array();
+    for (const RegionSummary& region : organ.regions)
+        json["regions"].push_back({{"name", region.name}, {"label", region.label}, {"array", organ.labels.array}, {"tets", region.tets}, {"volume_mm3", 1e9 * region.volume_m3}});
     return json.dump(2, ' ', false, Ordered::error_handler_t::replace) + "\n";
+}
+
+/// Which tetrahedra belong to which region, where the file says so.
+Result<void> take_labels(const BesideTets& beside, const std::string& region_array, OrganInput& input) {
+    Result<TetLabels> labels = find_tet_labels(beside, region_array);
+    if (!labels.ok() && !region_array.empty()) return labels.error();
+    if (!labels.ok() && !beside.arrays.empty()) input.labels_note = labels.error().message;
+    if (!labels.ok()) return {};
+    const std::vector<std::int64_t>& of_tet = labels->of_tet;
+    const bool several = std::adjacent_find(of_tet.begin(), of_tet.end(), std::not_equal_to<>()) != of_tet.end();
+    if (!several && !region_array.empty()) input.labels_note = fmt::format("all cells have the label {} of {}: one region", of_tet.front(), printable(labels->array));
+    if (several) input.labels = std::move(*labels);
+    return {};
+}
+
+/// Names as keys of a scene: letters, digits, - and _, each once.
+void name_regions(std::vector<RegionSummary>& regions) {
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+        std::string name = regions[k].name.empty() ? fmt::format("region_{}", regions[k].label) : safe_file_name(regions[k].name);
+        const auto is_taken = [&](const RegionSummary& other) { return other.name == name; };
+        if (std::any_of(regions.begin(), regions.begin() + static_cast<std::ptrdiff_t>(k), is_taken)) name = fmt::format("{:.40}_{}", name, regions[k].label);
+        regions[k].name = name;
+    }
+}
+
+/// The organ's own stiffness and density, kPa and kg/m^3: a soft liver's.
+constexpr double kYoung = 8.0, kDensity = 1060.0;
+
+/// Regions are written with the organ's own material, to be changed there.
+std::string coarse_text(const ImportedOrgan& organ) {
+    if (!organ.tets) return "{\"mesher\": \"lattice\", \"surface_triangles\": 800}";
+    std::string text = fmt::format("{{\"file\": \"{}\", \"unit\": \"mm\"", import_name::kOrganTets);
+    if (organ.regions.empty()) return text + "}";
+    text += fmt::format(", \"region_array\": \"{}\", \"regions\": {{", import_name::kRegionArray);
+    for (std::size_t k = 0; k < organ.regions.size(); ++k)
+        text += fmt::format("{}\n                \"{}\": {{\"label\": {}, \"young_modulus\": {:g}, \"density\": {:g}}}", k > 0 ? "," : "", organ.regions[k].name,
+                            organ.regions[k].label, kYoung, kDensity);
+    return text + "\n            }}";
 }
 
 } // namespace
 
-Result<OrganInput> read_organ(const std::filesystem::path& file) {
+std::string describe_region(const RegionSummary& region) {
+    return fmt::format("{} (label {}): {} tetrahedra, {:.6g} mm^3", region.name, region.label, region.tets, 1e9 * region.volume_m3);
+}
+
+Result<OrganInput> read_organ(const std::filesystem::path& file, const std::string& region_array) {
     const std::string extension = mesh_extension(file);
     constexpr std::array kVolumes{".msh", ".vtu", ".mesh", ".node", ".ele", ".veg"};
     const bool volume = std::find(kVolumes.begin(), kVolumes.end(), extension) != kVolumes.end();
     OrganInput input;
     if (volume || extension == ".vtk") {
         BesideTets beside;
+        beside.with_arrays = true;
         Result<TetMesh> tets = read_tets(file, &beside);
         if (tets.ok()) {
+            if (const Result<void> labels = take_labels(beside, region_array, input); !labels.ok()) return labels.error();
             input.split = describe_split(beside.split);
             drop_unreferenced_nodes(*tets);
             input.surface = boundary_surface(*tets);
@@ -103,6 +152,8 @@ Result<OrganInput> read_organ(const std::filesystem::path& file) {
     Result<TriMesh> surface = read_surface(file, reading);
     if (!surface.ok()) return surface.error();
     input.surface = std::move(*surface);
+    if (!region_array.empty())
+        return Error{ErrorCode::BadValue, fmt::format("found the array \"{:.60}\" for a surface, which has no regions; expected a file of tetrahedra, or it left out", region_array)};
     return input;
 }
 
@@ -115,6 +166,10 @@ Result<ImportedOrgan> import_organ(OrganInput input, double scale, MendMode mode
         if (!input.split.empty()) organ.quality.push_back(input.split);
         if (const Result<void> good = check_tets(*input.tets, organ.quality); !good.ok()) return good.error();
         organ.tets = std::move(input.tets);
+        organ.labels = std::move(input.labels);
+        organ.labels_note = std::move(input.labels_note);
+        if (!organ.labels.of_tet.empty()) organ.regions = measure_regions(*organ.tets, organ.labels);
+        name_regions(organ.regions);
     }
     Result<MendedVessel> mended = mend_organ(std::move(input.surface), mode);
     if (!mended.ok()) return mended.error();
@@ -124,18 +179,16 @@ Result<ImportedOrgan> import_organ(OrganInput input, double scale, MendMode mode
 }
 
 std::string organ_scene_text(const ImportedOrgan& organ, const ImportSource& source) {
-    const std::string coarse = organ.tets ? fmt::format("{{\"file\": \"{}\", \"unit\": \"mm\"}}", import_name::kOrganTets)
-                                          : std::string("{\"mesher\": \"lattice\", \"surface_triangles\": 800}");
     const Vec3 down = -9810.0 * organ.hold.direction.normalized(); // it hangs from what is held
     return fmt::format(
         "{{\n    \"name\": {},\n    \"units\": {{\"length\": \"mm\", \"pressure\": \"kPa\"}},\n    \"time\": {{\"step\": 0.01, \"duration\": 3}},\n"
         "    \"budget\": {{\"limit\": \"10ms\"}},\n    \"gravity\": {},\n    \"bodies\": {{\n        \"organ\": {{\n            \"kind\": \"deformable\",\n"
         "            \"surface\": {{\"file\": \"{}\", \"unit\": \"mm\"}},\n"
-        "            \"material\": {{\"law\": \"neo_hookean\", \"young_modulus\": 8, \"poisson_ratio\": 0.45, \"density\": 1060, \"viscosity\": 0.001, "
+        "            \"material\": {{\"law\": \"neo_hookean\", \"young_modulus\": {:g}, \"poisson_ratio\": 0.45, \"density\": {:g}, \"viscosity\": 0.001, "
         "\"mass_damping\": 5}},\n"
         "            \"coarse\": {},\n            \"fixed\": [{{\"direction\": {}, \"fraction\": {:.6g}}}]\n        }}\n    }},\n"
         "    \"effects\": [\"elasticity\", \"gravity\", \"damping\"],\n    \"outputs\": {{\"pictures\": 2}}\n}}\n",
-        quoted_name(source.name), numbers(down), import_name::kOrganSurface, coarse, numbers(organ.hold.direction), organ.hold.fraction);
+        quoted_name(source.name), numbers(down), import_name::kOrganSurface, kYoung, kDensity, coarse_text(organ), numbers(organ.hold.direction), organ.hold.fraction);
 }
 
 std::vector<Result<void>> write_organ(const ImportedOrgan& organ, const ImportSource& source, const std::filesystem::path& folder) {
@@ -145,7 +198,10 @@ std::vector<Result<void>> write_organ(const ImportedOrgan& organ, const ImportSo
     if (organ.tets) {
         TetMesh tets = *organ.tets;
         for (Vec3& v : tets.vertices) v *= 1e3;
-        written.push_back(write_vtu(folder / import_name::kOrganTets, tets));
+        const std::vector<double> labels(organ.labels.of_tet.begin(), organ.labels.of_tet.end());
+        std::vector<DataArray> cells;
+        if (!labels.empty()) cells.push_back({import_name::kRegionArray, 1, labels});
+        written.push_back(write_vtu(folder / import_name::kOrganTets, tets, {{}, cells}));
     }
     written.push_back(write_file_atomically(folder / import_name::kReport, organ_report_text(organ, source)));
     written.push_back(write_file_atomically(folder / import_name::kScene, organ_scene_text(organ, source)));

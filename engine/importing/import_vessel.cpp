@@ -84,7 +84,7 @@ public:
         made_.repairs = std::move(mended_.repairs);
         made_.was_sound = mended_.was_sound;
         made_.surface = std::move(mended_.surface);
-        if (const Result<void> fits = fit_instrument(made_, inside_); !fits.ok()) return fits.error();
+        if (const Result<void> fits = fit_instrument(made_, inside_, options_.device); !fits.ok()) return fits.error();
         return std::move(made_);
     }
 

@@ -15,6 +15,7 @@ namespace trocar::engine {
 struct VesselOptions {
     MendMode mode = MendMode::Automatic;
     std::optional<Vec3> inlet;       // m, near the end that instruments enter by; none: the widest one
+    std::string device;              // of the catalogue, the instrument; empty: a catheter made for the way
     std::vector<VesselEnd> openings; // known from elsewhere, of a surface that is closed already
 };
 

@@ -18,8 +18,9 @@ struct VesselTarget {
     double way = 0.0;             // m, from the entry
 };
 
-/// A catheter that fits the ways.
+/// A catheter that fits the ways, or a device of the catalogue.
 struct FittingInstrument {
+    std::string device; // whose stiffness, radius and tip it has; empty: a catheter made for the way
     double radius = 0.0, segment = 0.0, tip_length = 0.0, length = 0.0; // m
     double tip_angle = 0.0;                                             // rad
     double speed = 0.0;                                                 // m/s, that it is driven at

@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -48,6 +50,17 @@ double cell_for(const Box3& box) {
     return cell;
 }
 
+/// As few triangles as the bound on the error allows; where that folds the surface onto itself, what crosses is cut out and closed again.
+/// none  it still crosses itself, or is no longer closed
+std::optional<TriMesh> decimate(const TriMesh& cut, std::size_t triangles, double error) {
+    Result<TriMesh> fewer = simplify(cut, triangles, {.max_error = error});
+    if (!fewer.ok()) return std::nullopt;
+    if (find_self_intersections(*fewer, 1).count == 0) return std::move(*fewer);
+    const Result<RepairStep> mended = apply_repair(*fewer, Repair::DropSelfIntersections);
+    if (!mended.ok() || !check_closed_surface(*fewer).ok() || find_self_intersections(*fewer, 1).count > 0) return std::nullopt;
+    return std::move(*fewer);
+}
+
 } // namespace
 
 double largest_distance(const TriMesh& from, const TriMesh& to) {
@@ -56,9 +69,13 @@ double largest_distance(const TriMesh& from, const TriMesh& to) {
     const auto look = [&](const Vec3& p) {
         if (const auto nearest = tree.closest(p)) most = std::max(most, nearest->distance);
     };
+    std::vector<bool> looked(from.vertices.size(), false);
     for (const Triangle& t : from.triangles) {
         look((from.vertices[t[0]] + from.vertices[t[1]] + from.vertices[t[2]]) / 3.0);
-        for (const Index v : t) look(from.vertices[v]);
+        for (const Index v : t) {
+            if (!looked[v]) look(from.vertices[v]);
+            looked[v] = true;
+        }
     }
     return most;
 }
@@ -76,8 +93,7 @@ Result<RebuiltSurface> rebuild_surface(const TriMesh& raw) {
     if (cut.triangles.empty())
         return Error{ErrorCode::BadMesh,
                      fmt::format("it cannot be made anew from what it encloses either: nothing is wider than {:.3g} mm", 1e3 * cell)};
-    Result<TriMesh> fewer = simplify(cut, std::max<std::size_t>(2000, raw.triangles.size()), {.max_error = kDecimation * cell});
-    TriMesh made = fewer.ok() && find_self_intersections(*fewer, 1).count == 0 ? std::move(*fewer) : cut;
+    TriMesh made = decimate(cut, std::max<std::size_t>(2000, raw.triangles.size()), kDecimation * cell).value_or(cut);
     std::string told = fmt::format("rebuild: made anew from what it encloses, in cells of {:.3g} mm, triangles {} to {}, at most {:.3g} mm from "
                                    "the old surface",
                                    1e3 * cell, raw.triangles.size(), made.triangles.size(), 1e3 * largest_distance(made, closed));

@@ -112,6 +112,15 @@ Ordered branches_json(const ImportedVessel& vessel) {
     return list;
 }
 
+/// What an instrument is, as keys of a scene: a device of the catalogue, or numbers.
+std::string design_text(const FittingInstrument& fit) {
+    if (!fit.device.empty())
+        return fmt::format("            \"device\": \"{}\",\n            \"length\": {},\n", fit.device, mm(fit.length));
+    return fmt::format("            \"length\": {},\n            \"radius\": {},\n            \"young_modulus\": 60,\n"
+                       "            \"tip\": {{\"shape\": \"J\", \"length\": {}, \"angle\": {:.3g}, \"stiffness\": 0.3}},\n",
+                       mm(fit.length), mm(fit.radius), mm(fit.tip_length), fit.tip_angle);
+}
+
 } // namespace
 
 std::string vessel_scene_text(const ImportedVessel& vessel, const ImportSource& source) {
@@ -123,14 +132,12 @@ std::string vessel_scene_text(const ImportedVessel& vessel, const ImportSource& 
         "{{\n    \"name\": {},\n    \"units\": {{\"length\": \"mm\", \"pressure\": \"MPa\"}},\n"
         "    \"time\": {{\"step\": 0.01, \"duration\": {:g}}},\n    \"budget\": {{\"limit\": \"10ms\"}},\n    \"bodies\": {{\n"
         "        \"vessel\": {{\"kind\": \"static\", \"hollow\": true, \"surface\": {{\"file\": \"{}\", \"unit\": \"mm\"}}}}\n    }},\n"
-        "    \"instruments\": {{\n        \"catheter\": {{\n            \"length\": {},\n            \"radius\": {},\n"
-        "            \"young_modulus\": 60,\n            \"tip\": {{\"shape\": \"J\", \"length\": {}, \"angle\": {:.3g}, \"stiffness\": 0.3}},\n"
-        "            \"segment\": {},\n            \"skin_triangles\": 6000,\n            \"inserted\": {},\n"
+        "    \"instruments\": {{\n        \"{}\": {{\n{}            \"segment\": {},\n            \"skin_triangles\": 6000,\n            \"inserted\": {},\n"
         "            \"entry\": {{\"position\": {}, \"direction\": [{:.6g}, {:.6g}, {:.6g}]}},\n            \"lumen\": \"vessel\",\n"
         "            \"follow\": {{\"target\": {}, \"speed\": {:.3g}, \"look_ahead\": {}, \"tolerance\": {}}}\n        }}\n    }},\n    \"targets\": {{{}\n    }},\n"
         "    \"effects\": [\"coarse_contact\", \"exact_contact\", \"friction\"],\n    \"outputs\": {{\"pictures\": 2}}\n}}\n",
-        quoted(source.name), duration_of(vessel), import_name::kSurface, mm(fit.length), mm(fit.radius), mm(fit.tip_length),
-        fit.tip_angle, mm(fit.segment), mm(fit.inserted), mm(vessel.entry), vessel.direction.x(), vessel.direction.y(), vessel.direction.z(),
+        quoted(source.name), duration_of(vessel), import_name::kSurface, fit.device.empty() ? "catheter" : fit.device, design_text(fit),
+        mm(fit.segment), mm(fit.inserted), mm(vessel.entry), vessel.direction.x(), vessel.direction.y(), vessel.direction.z(),
         quoted(vessel.targets[fit.target].name), 1e3 * fit.speed, mm(fit.tip_length), mm(fit.tolerance), targets);
 }
 

@@ -28,12 +28,12 @@ struct GroupedSurface {
 [[nodiscard]] Result<TriMesh> parse_ply(std::string_view bytes, const std::string& name);
 [[nodiscard]] Result<TriMesh> parse_stl(std::string_view bytes, const std::string& name);
 
-/// beside  where given: gets what else the file holds
+/// beside  where given: gets what else the file holds, cell arrays where it asks for them
 [[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
 [[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
 [[nodiscard]] Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name, BesideTets* beside = nullptr);
 [[nodiscard]] Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& node_name, std::string_view ele_bytes,
-                                           const std::string& ele_name);
+                                           const std::string& ele_name, BesideTets* beside = nullptr);
 
 /// Polygons and cells of a VTK file (legacy or XML), before it is known whether surface or volume is wanted.
 struct VtkCells {
@@ -47,11 +47,12 @@ struct VtkMesh {
     VtkCells cells;            // of an unstructured grid
     bool unstructured = false;
     VtkCells lines;                                                 // of PolyData, where they are asked for
-    std::vector<std::pair<std::string, std::vector<double>>> of_points, of_cells; // arrays of one component, where lines are asked for
+    std::vector<std::pair<std::string, std::vector<double>>> of_points, of_cells; // arrays of one component, where they are asked for
 };
-[[nodiscard]] Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name);
-/// with_lines  lines and arrays are wanted as well
-[[nodiscard]] Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_lines = false);
+/// with_data  arrays of the cells are wanted as well
+[[nodiscard]] Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name, bool with_data = false);
+/// with_data  arrays are wanted as well: of an unstructured grid those of the cells, of PolyData both kinds, and the lines
+[[nodiscard]] Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_data = false);
 
 /// Polygons, strips and triangle cells as one surface; fails where an id is out of range.
 [[nodiscard]] Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name);

@@ -39,6 +39,7 @@ public:
                         fmt::format("vertex {}, but there are {} vertices", largest_, mesh_.vertices.size()));
             return in_.error();
         }
+        if (with_arrays()) beside_->arrays.push_back({"medit:ref", std::move(references_), {}});
         return join_cells(std::move(mesh_), cells_, beside_);
     }
 
@@ -62,13 +63,14 @@ private:
         std::size_t count = 0;
         if (!in_.count(count, "the number of rows", 2 * section.numbers - 1)) return false;
         if (count >= kNoIndex) return in_.fail(ErrorCode::BadMesh, "more rows than indices");
+        std::int64_t reference = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const bool good = section.name == "Vertices"                                     ? read_vertex(i)
-                              : section.name == "Tetrahedra"                                 ? read_element(mesh_.tets)
-                              : section.name == "Hexahedra" || section.name == "Hexaedra"    ? read_element(cells_.hexahedra)
-                              : section.name == "Prisms"                                     ? read_element(cells_.prisms)
-                              : section.name == "Pyramids"                                   ? read_element(cells_.pyramids)
-                              : section.name == "Triangles" && beside_ != nullptr            ? read_element(beside_->faces)
+                              : section.name == "Tetrahedra"                                 ? read_cell(mesh_.tets, cells_.places.tets)
+                              : section.name == "Hexahedra" || section.name == "Hexaedra"    ? read_cell(cells_.hexahedra, cells_.places.hexahedra)
+                              : section.name == "Prisms"                                     ? read_cell(cells_.prisms, cells_.places.prisms)
+                              : section.name == "Pyramids"                                   ? read_cell(cells_.pyramids, cells_.places.pyramids)
+                              : section.name == "Triangles" && beside_ != nullptr            ? read_element(beside_->faces, reference)
                                                                                              : pass_over(section);
             if (!good) return false;
         }
@@ -83,8 +85,20 @@ private:
         return true;
     }
 
+    [[nodiscard]] bool with_arrays() const { return beside_ != nullptr && beside_->with_arrays; }
+
+    template <class Cell>
+    bool read_cell(std::vector<Cell>& cells, std::vector<std::size_t>& places) {
+        std::int64_t reference = 0;
+        if (!read_element(cells, reference)) return false;
+        if (!with_arrays()) return true;
+        places.push_back(references_.size());
+        references_.push_back(static_cast<double>(reference));
+        return true;
+    }
+
     template <class Element>
-    bool read_element(std::vector<Element>& elements) {
+    bool read_element(std::vector<Element>& elements, std::int64_t& reference) {
         Element element{};
         std::int64_t id = 0;
         for (Index& corner : element) {
@@ -97,7 +111,7 @@ private:
             }
         }
         elements.push_back(element);
-        return in_.integer(id, "a reference");
+        return in_.integer(reference, "a reference");
     }
 
     bool pass_over(const Section& section) {
@@ -112,6 +126,7 @@ private:
     TetMesh mesh_;
     MixedCells cells_;
     BesideTets* beside_; // null: not asked for
+    std::vector<double> references_; // of the cells, where they are asked for
     std::int64_t largest_ = 0; // vertex number in use
     std::size_t largest_position_ = 0;
 };

@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <map>
 
 namespace trocar::engine {
 namespace {
@@ -30,6 +32,7 @@ public:
         if (ids_.size() == 0) return Error{ErrorCode::BadMesh, "holds no nodes", name_};
         if (mesh_.tets.empty() && cells_.empty())
             return Error{ErrorCode::BadMesh, fmt::format("holds no linear tetrahedra, hexahedra, prisms or pyramids; {} elements of other types", others_), name_};
+        keep_labels();
         return join_cells(std::move(mesh_), cells_, beside_);
     }
 
@@ -47,7 +50,65 @@ private:
             const bool good = has_format() && (four_ ? read_elements_v4() : binary_ ? read_elements_v2_binary() : read_elements_v2());
             return good && end_section("$EndElements");
         }
+        if (section == "PhysicalNames" && with_arrays()) return read_physical_names() && end_section("$EndPhysicalNames");
+        if (section == "Entities" && with_arrays() && four_) return read_entities() && end_section("$EndEntities");
         return pass_over(section);
+    }
+
+    [[nodiscard]] bool with_arrays() const { return beside_ != nullptr && beside_->with_arrays; }
+
+    /// An array that is 0 throughout says nothing: Gmsh writes it where there are no groups.
+    void keep_labels() {
+        const auto keep = [this](const char* name, std::vector<double>& values, std::map<std::int64_t, std::string> names) {
+            if (std::any_of(values.begin(), values.end(), [](double value) { return value != 0.0; }))
+                beside_->arrays.push_back({name, std::move(values), std::move(names)});
+        };
+        if (!with_arrays()) return;
+        keep("gmsh:physical", physical_of_cell_, std::move(physical_names_));
+        keep("gmsh:geometrical", entity_of_cell_, {});
+    }
+
+    /// Rows of a dimension, a number and a name in quotes; text in binary files too.
+    bool read_physical_names() {
+        std::size_t count = 0;
+        if (!in_.count(count, "the number of physical names", 4)) return false;
+        for (std::size_t i = 0; i < count; ++i) {
+            std::int64_t dimension = 0, tag = 0;
+            if (!in_.integer(dimension, "a dimension") || !in_.integer(tag, "a physical group")) return false;
+            std::string_view name = in_.rest_of_line();
+            if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+            if (dimension == 3) physical_names_[tag] = std::string(name);
+        }
+        return true;
+    }
+
+    /// Of version 4.1, which has the physical groups of its elements here.
+    bool read_entities() {
+        if (binary_) in_.skip_line();
+        std::array<std::size_t, 4> counts{};
+        for (std::size_t dimension = 0; dimension < 4; ++dimension)
+            if (!read_count(counts[dimension], "the number of entities", 8, dimension == 0 ? 36 : 60)) return false;
+        for (std::size_t dimension = 0; dimension < 4; ++dimension)
+            for (std::size_t i = 0; i < counts[dimension]; ++i)
+                if (!read_entity(dimension)) return false;
+        return true;
+    }
+
+    /// Its number, its place or box, its physical groups, and what bounds it.
+    bool read_entity(std::size_t dimension) {
+        std::int64_t tag = 0, number = 0;
+        std::size_t groups = 0, bounds = 0;
+        if (!read_int(tag, "the entity's tag") || !pass_parameters(dimension == 0 ? 3 : 6) || !read_count(groups, "the number of physical groups", 2, 4))
+            return false;
+        for (std::size_t i = 0; i < groups; ++i) {
+            if (!read_int(number, "a physical group")) return false;
+            if (dimension == 3 && i == 0) physical_of_entity_[tag] = number;
+        }
+        if (dimension == 0) return true;
+        if (!read_count(bounds, "the number of bounding entities", 2, 4)) return false;
+        for (std::size_t i = 0; i < bounds; ++i)
+            if (!read_int(number, "a bounding entity")) return false;
+        return true;
     }
 
     bool version_one() {
@@ -196,11 +257,19 @@ private:
     /// The node numbers of an element that is taken, each read by read_id.
     template <class ReadId>
     bool read_element(std::int64_t type, ReadId&& read_id) {
+        CellPlaces& places = cells_.places;
         if (type == kTriangle) return read_corners("triangle", beside_->faces, read_id);
-        if (type == kHexahedron) return read_corners("hexahedron", cells_.hexahedra, read_id);
-        if (type == kPrism) return read_corners("prism", cells_.prisms, read_id);
-        if (type == kPyramid) return read_corners("pyramid", cells_.pyramids, read_id);
-        return read_corners("tetrahedron", mesh_.tets, read_id);
+        if (type == kHexahedron) return read_corners("hexahedron", cells_.hexahedra, read_id) && note_labels(places.hexahedra);
+        if (type == kPrism) return read_corners("prism", cells_.prisms, read_id) && note_labels(places.prisms);
+        if (type == kPyramid) return read_corners("pyramid", cells_.pyramids, read_id) && note_labels(places.pyramids);
+        return read_corners("tetrahedron", mesh_.tets, read_id) && note_labels(places.tets);
+    }
+    bool note_labels(std::vector<std::size_t>& places) {
+        if (!with_arrays()) return true;
+        places.push_back(physical_of_cell_.size());
+        physical_of_cell_.push_back(static_cast<double>(physical_ < 0 ? -physical_ : physical_)); // the sign turns the cell round
+        entity_of_cell_.push_back(static_cast<double>(entity_));
+        return true;
     }
     template <class Element, class ReadId>
     bool read_corners(const char* what, std::vector<Element>& elements, ReadId&& read_id) {
@@ -220,9 +289,9 @@ private:
         std::size_t count = 0;
         if (!in_.count(count, "the number of elements", 12)) return false;
         for (std::size_t i = 0; i < count; ++i) {
-            std::int64_t id = 0, type = 0, region = 0, size = 0;
-            if (!in_.integer(id, "an element number") || !in_.integer(type, "a type") || !in_.integer(region, "a region") ||
-                !in_.integer(region, "a region") || !in_.integer(size, "the number of nodes") || !read_element_line(type))
+            std::int64_t id = 0, type = 0, size = 0;
+            if (!in_.integer(id, "an element number") || !in_.integer(type, "a type") || !in_.integer(physical_, "a region") ||
+                !in_.integer(entity_, "a region") || !in_.integer(size, "the number of nodes") || !read_element_line(type))
                 return false;
         }
         return true;
@@ -237,8 +306,11 @@ private:
             std::size_t tags = 0;
             if (!in_.integer(id, "an element number") || !in_.integer(type, "a type") || !in_.count(tags, "the number of tags", 2))
                 return false;
-            for (std::size_t k = 0; k < tags; ++k)
+            physical_ = entity_ = 0;
+            for (std::size_t k = 0; k < tags; ++k) {
                 if (!in_.integer(tag, "a tag")) return false;
+                if (k < 2) (k == 0 ? physical_ : entity_) = tag;
+            }
             if (!read_element_line(type)) return false;
         }
         return true;
@@ -279,6 +351,10 @@ private:
         std::string_view row;
         const std::size_t width = size_of(id_type);
         if (!in_.raw(row, head + width * nodes, "an element")) return false;
+        if (id_type == ScalarType::Int32) { // with its tags
+            physical_ = head > 4 ? load_integer(row.data() + 4, id_type, big_) : 0;
+            entity_ = head > 8 ? load_integer(row.data() + 8, id_type, big_) : 0;
+        }
         others_ += !is_volume(type);
         if (!takes(type)) return true;
         const char* at = row.data() + head;
@@ -297,11 +373,14 @@ private:
             !read_size(ignored, "the smallest number") || !read_size(ignored, "the largest number"))
             return false;
         for (std::size_t i = 0; i < blocks; ++i) {
-            std::int64_t dimension = 0, tag = 0, type = 0;
+            std::int64_t dimension = 0, type = 0;
             std::size_t rows = 0;
-            if (!read_int(dimension, "the entity's dimension") || !read_int(tag, "the entity's tag") || !read_int(type, "a type") ||
-                !read_count(rows, "the number of elements in the block", 4, 16) || !read_element_block(type, rows))
+            if (!read_int(dimension, "the entity's dimension") || !read_int(entity_, "the entity's tag") || !read_int(type, "a type") ||
+                !read_count(rows, "the number of elements in the block", 4, 16))
                 return false;
+            const auto group = physical_of_entity_.find(entity_);
+            physical_ = dimension == 3 && group != physical_of_entity_.end() ? group->second : 0;
+            if (!read_element_block(type, rows)) return false;
             read += rows;
         }
         return read == count || in_.fail(ErrorCode::BadSyntax, fmt::format("{} elements are announced, the blocks hold {}", count, read));
@@ -326,6 +405,10 @@ private:
     BesideTets* beside_; // null: not asked for
     NodeIds ids_;
     std::size_t others_ = 0; // elements that are none of these
+    std::int64_t physical_ = 0, entity_ = 0;                    // of the element that is being read; 0: in none
+    std::vector<double> physical_of_cell_, entity_of_cell_;     // where arrays are asked for
+    std::map<std::int64_t, std::int64_t> physical_of_entity_;   // volumes of version 4.1: the first group of each
+    std::map<std::int64_t, std::string> physical_names_;        // of groups of volumes
     bool has_format_ = false, four_ = false, binary_ = false, big_ = false;
 };
 

@@ -22,12 +22,12 @@ std::filesystem::path partner(const std::filesystem::path& path, const std::stri
     return std::filesystem::exists(first, ignored) || !std::filesystem::exists(second, ignored) ? first : second;
 }
 
-Result<TetMesh> read_pair(const std::filesystem::path& node_path, const std::filesystem::path& ele_path) {
+Result<TetMesh> read_pair(const std::filesystem::path& node_path, const std::filesystem::path& ele_path, BesideTets* beside) {
     const Result<std::string> nodes = read_file_bytes(node_path);
     if (!nodes) return nodes.error();
     const Result<std::string> elements = read_file_bytes(ele_path);
     if (!elements) return elements.error();
-    return parse_tetgen(*nodes, node_path.string(), *elements, ele_path.string());
+    return parse_tetgen(*nodes, node_path.string(), *elements, ele_path.string(), beside);
 }
 
 Result<TetMesh> parse(const std::filesystem::path& path, const std::string& extension, BesideTets* beside) {
@@ -39,7 +39,8 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
     if (extension == ".mesh") return parse_medit(*bytes, name, beside);
     if (extension == ".veg") return parse_veg(*bytes, name, beside);
     if (extension == ".vtk" || extension == ".vtu") {
-        Result<VtkMesh> vtk = extension == ".vtk" ? parse_vtk_legacy(*bytes, name) : parse_vtk_xml(*bytes, name);
+        const bool with_data = beside != nullptr && beside->with_arrays;
+        Result<VtkMesh> vtk = extension == ".vtk" ? parse_vtk_legacy(*bytes, name, with_data) : parse_vtk_xml(*bytes, name, with_data);
         if (!vtk) return vtk.error();
         return make_tets(std::move(*vtk), name, beside);
     }
@@ -53,9 +54,9 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
 
 Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside) {
     const std::string extension = mesh_extension(path);
-    if (beside != nullptr) *beside = {};
-    Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"))
-                           : extension == ".ele" ? read_pair(partner(path, ".node"), path)
+    if (beside != nullptr) *beside = BesideTets{.faces = {}, .split = {}, .with_arrays = beside->with_arrays, .arrays = {}, .place_of_tet = {}};
+    Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"), beside)
+                           : extension == ".ele" ? read_pair(partner(path, ".node"), path, beside)
                                                  : parse(path, extension, beside);
     if (mesh && mesh->tets.empty()) return Error{ErrorCode::BadMesh, "holds cells, but none of four corners or more that differ", path.string()};
     return mesh;

@@ -16,7 +16,7 @@ namespace trocar::engine {
 /// single inverted or flat tetrahedra are kept as they are for inspect_tets to name.
 /// fails     with file and line (binary formats: byte offset): unknown extension or version, broken syntax, index out
 ///           of range, NaN or infinite coordinate, truncated, no cell with a volume at all (what it holds instead is named)
-/// beside    where given: gets what else the file holds
+/// beside    where given: gets what else the file holds; its cell arrays where with_arrays is set
 /// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
 [[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside = nullptr);
 

@@ -65,12 +65,15 @@ private:
     bool any_positive_ = false, any_negative_ = false;
 };
 
+/// places  of the cells; place_of_tet  goes on with those of their tetrahedra
 template <std::size_t kCorners>
-void add_cells(const std::vector<std::array<Index, kCorners>>& cells, std::span<const Face> faces, TetMesh& mesh) {
+void add_cells(const std::vector<std::array<Index, kCorners>>& cells, std::span<const Face> faces, std::span<const std::size_t> places, TetMesh& mesh,
+               std::vector<std::size_t>& place_of_tet) {
     KindOfCells kind(mesh, mesh.tets.size());
-    for (const std::array<Index, kCorners>& cell : cells) {
-        add_cell(cell, faces, mesh.tets);
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        add_cell(cells[c], faces, mesh.tets);
         kind.end_cell(mesh.tets.size());
+        if (!places.empty()) place_of_tet.resize(mesh.tets.size(), places[c]);
     }
     kind.orient();
 }
@@ -87,10 +90,13 @@ TetMesh join_cells(TetMesh&& tets, const MixedCells& cells, BesideTets* beside) 
     TetMesh mesh = std::move(tets);
     orient_tets(mesh);
     const std::size_t own = mesh.tets.size();
-    add_cells(cells.hexahedra, kHexahedron, mesh);
-    add_cells(cells.prisms, kPrism, mesh);
-    add_cells(cells.pyramids, kPyramid, mesh);
-    if (beside != nullptr) beside->split = {cells.hexahedra.size(), cells.prisms.size(), cells.pyramids.size(), mesh.tets.size() - own};
+    std::vector<std::size_t> place_of_tet = cells.places.tets;
+    add_cells(cells.hexahedra, kHexahedron, cells.places.hexahedra, mesh, place_of_tet);
+    add_cells(cells.prisms, kPrism, cells.places.prisms, mesh, place_of_tet);
+    add_cells(cells.pyramids, kPyramid, cells.places.pyramids, mesh, place_of_tet);
+    if (beside == nullptr) return mesh;
+    beside->split = {cells.hexahedra.size(), cells.prisms.size(), cells.pyramids.size(), mesh.tets.size() - own};
+    beside->place_of_tet = std::move(place_of_tet);
     return mesh;
 }
 

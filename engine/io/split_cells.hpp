@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/mesh.hpp"
+#include "engine/io/cell_arrays.hpp"
 
 #include <array>
 #include <cstddef>
@@ -18,6 +19,7 @@ struct MixedCells {
     std::vector<std::array<Index, 8>> hexahedra; // four of one side round, then those across from them
     std::vector<std::array<Index, 6>> prisms;    // three of one end, then those across from them
     std::vector<std::array<Index, 5>> pyramids;  // four of the base round, then the apex
+    CellPlaces places;                           // of these and of the tetrahedra
 
     [[nodiscard]] bool empty() const noexcept { return hexahedra.empty() && prisms.empty() && pyramids.empty(); }
 };
@@ -31,13 +33,16 @@ struct SplitCells {
 struct BesideTets {
     std::vector<Triangle> faces; // that an MSH or MEDIT file lists, in the mesh's vertices
     SplitCells split;
+    bool with_arrays = false;               // in: the two below are wanted
+    std::vector<CellArray> arrays;          // of the cells as the file has them
+    std::vector<std::size_t> place_of_tet;  // [tet_count] of its values in them
 };
 
 /// A file's tetrahedra, then those of its other cells. Each kind follows one convention of orientation: where not one cell of a kind has a
 /// positive volume all of them are turned round; single inverted ones are kept for inspect_tets to name. Cells whose corners coincide give
 /// fewer tetrahedra.
 /// tets    whose vertices are the corners of the cells, too
-/// beside  where given: gets what was split
+/// beside  where given: gets what was split, and the place of every tetrahedron's cell where the cells have one
 [[nodiscard]] TetMesh join_cells(TetMesh&& tets, const MixedCells& cells, BesideTets* beside);
 
 /// "2 hexahedra, 1 prism split into 15 tetrahedra"; empty where nothing was.

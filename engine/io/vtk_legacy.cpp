@@ -20,7 +20,7 @@ std::string upper(std::string_view word) {
 
 class VtkReader {
 public:
-    VtkReader(std::string_view bytes, const std::string& name) : in_(bytes, name), name_(name) {}
+    VtkReader(std::string_view bytes, const std::string& name, bool with_data) : in_(bytes, name), name_(name), with_data_(with_data) {}
 
     Result<VtkMesh> read() {
         if (!read_header()) return in_.error();
@@ -61,8 +61,14 @@ private:
         if (section == "TRIANGLE_STRIPS") return read_cells(out_.strips);
         if (section == "LINES" || section == "VERTICES") return read_cells(passed_over);
         if (section == "METADATA") return pass_over_metadata();
-        if (section == "FIELD") return pass_over_field();
-        more = section != "POINT_DATA" && section != "CELL_DATA"; // nothing of ours follows them
+        if (section == "FIELD") return read_field();
+        const bool data = section == "POINT_DATA" || section == "CELL_DATA";
+        if (with_data_ && data) {
+            data_of_ = section == "CELL_DATA" ? DataOf::Cells : DataOf::Points;
+            return in_.count(tuples_, "the number of tuples", 0);
+        }
+        if (data_of_ != DataOf::Nothing) return read_attribute(section);
+        more = !data; // nothing of ours follows them
         return !more || in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no section of a VTK file", shown(section)));
     }
 
@@ -171,16 +177,67 @@ private:
         return true;
     }
 
+    /// An array of the points or cells; only those of one number a cell are kept.
+    bool read_attribute(const std::string& kind) {
+        std::string_view name;
+        if (!in_.word(name, "an array's name")) return false;
+        std::size_t components = kind == "SCALARS" || kind == "GLOBAL_IDS" || kind == "PEDIGREE_IDS" ? 1
+                                 : kind == "VECTORS" || kind == "NORMALS"                            ? 3
+                                 : kind == "TENSORS6"                                                ? 6
+                                 : kind == "TENSORS"                                                 ? 9
+                                                                                                     : 0;
+        ScalarType type{};
+        if (kind == "SCALARS") return read_scalars(std::string(name));
+        if (components > 0) return read_type(type) && read_array(std::string(name), components, tuples_, type);
+        const bool colours = kind == "COLOR_SCALARS", texture = kind == "TEXTURE_COORDINATES";
+        if (!colours && !texture && kind != "LOOKUP_TABLE") return in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no array of a VTK file", shown(kind)));
+        std::size_t count = 0; // numbers a tuple; of a table its rows of four
+        if (!in_.count(count, "a number of components", 0)) return false;
+        if (texture) return read_type(type) && pass_over_array(count, tuples_, type);
+        in_.skip_line();
+        const ScalarType colour = binary_ ? ScalarType::UInt8 : ScalarType::Float64; // bytes, or shares as text
+        return pass_over_array(colours ? count : 4, colours ? tuples_ : count, colour);
+    }
+
+    /// type [components], then LOOKUP_TABLE name, then the data.
+    bool read_scalars(std::string name) {
+        std::string_view word;
+        std::size_t components = 1;
+        if (!in_.word(word, "a type")) return false;
+        const std::optional<ScalarType> type = find_scalar_type(word);
+        if (!type) return in_.fail(ErrorCode::BadValue, fmt::format("type '{}' is not read", shown(word)));
+        if (!in_.at_line_end() && !in_.count(components, "the number of components", 0)) return false;
+        if (!in_.word(word, "LOOKUP_TABLE") || upper(word) != "LOOKUP_TABLE") return in_.fail(ErrorCode::BadSyntax, "LOOKUP_TABLE should stand here");
+        in_.skip_line();
+        return read_array(std::move(name), components, tuples_, *type);
+    }
+
+    bool read_array(std::string name, std::size_t components, std::size_t tuples, ScalarType type) {
+        if (data_of_ != DataOf::Cells || components != 1) return pass_over_array(components, tuples, type);
+        if (!check_size(tuples, size_of(type), "the number of tuples")) return false;
+        std::vector<double> values(tuples);
+        std::string_view bytes;
+        if (binary_ && !in_.raw(bytes, tuples * size_of(type), "an array")) return false;
+        for (std::size_t i = 0; i < tuples; ++i)
+            if (binary_)
+                values[i] = load_real(bytes.data() + i * size_of(type), type, true);
+            else if (!in_.real(values[i], "a number"))
+                return false;
+        out_.of_cells.emplace_back(std::move(name), std::move(values));
+        return true;
+    }
+
     /// FIELD name count, then arrays: name components tuples type, data.
-    bool pass_over_field() {
+    bool read_field() {
         std::string_view word;
         std::size_t arrays = 0;
         if (!in_.word(word, "the field's name") || !in_.count(arrays, "the number of arrays", 4)) return false;
         for (std::size_t i = 0; i < arrays; ++i) {
             std::size_t components = 0, tuples = 0;
             ScalarType type{};
+            if (in_.peek_word() == "METADATA" && (!in_.word(word, "METADATA") || !pass_over_metadata())) return false; // of the array before
             if (!in_.word(word, "an array's name") || !in_.count(components, "the number of components", 0) ||
-                !in_.count(tuples, "the number of tuples", 0) || !read_type(type) || !pass_over_array(components, tuples, type))
+                !in_.count(tuples, "the number of tuples", 0) || !read_type(type) || !read_array(std::string(word), components, tuples, type))
                 return false;
         }
         return true;
@@ -202,11 +259,13 @@ private:
     Scanner in_;
     const std::string& name_;
     VtkMesh out_;
-    bool five_ = false, binary_ = false;
+    bool with_data_, five_ = false, binary_ = false;
+    enum class DataOf : std::uint8_t { Nothing, Points, Cells } data_of_ = DataOf::Nothing; // in whose arrays we are
+    std::size_t tuples_ = 0;                                                               // of each of them
 };
 
 } // namespace
 
-Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name) { return VtkReader(bytes, name).read(); }
+Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name, bool with_data) { return VtkReader(bytes, name, with_data).read(); }
 
 } // namespace trocar::engine

@@ -81,6 +81,16 @@ std::size_t corners_of(std::uint8_t type) {
     }
 }
 
+/// Of a type that is taken.
+std::vector<std::size_t>& places_of(std::uint8_t type, CellPlaces& places) {
+    switch (type) {
+    case kVtkTetrahedron: return places.tets;
+    case kVtkPyramid: return places.pyramids;
+    case kVtkWedge: return places.prisms;
+    default: return places.hexahedra;
+    }
+}
+
 Error bad_mesh(std::string message, const std::string& name) { return {ErrorCode::BadMesh, std::move(message), name}; }
 
 std::optional<Error> check_types(const VtkCells& cells, const std::string& name) {
@@ -115,6 +125,7 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* be
     if (const auto error = check_types(vtk.cells, name)) return *error;
     TetMesh mesh;
     MixedCells cells;
+    const bool with_arrays = beside != nullptr && beside->with_arrays;
     std::size_t others = 0;
     CellWalk walk(vtk.cells, vtk.points.size());
     while (walk.next()) {
@@ -126,6 +137,7 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* be
             continue;
         }
         if (c.size() != expected) return bad_mesh(fmt::format("cell {} of type {} has {} corners, expected {}", walk.cell(), type, c.size(), expected), name);
+        if (with_arrays) places_of(type, cells.places).push_back(walk.cell());
         if (type == kVtkTetrahedron) mesh.tets.push_back({c[0], c[1], c[2], c[3]});
         if (type == kVtkHexahedron) cells.hexahedra.push_back({c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]});
         if (type == kVtkVoxel) cells.hexahedra.push_back({c[0], c[1], c[3], c[2], c[4], c[5], c[7], c[6]});
@@ -136,6 +148,8 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* be
     if (mesh.tets.empty() && cells.empty())
         return bad_mesh(fmt::format("holds no linear tetrahedra, hexahedra, prisms or pyramids; {} cells of other types", others), name);
     mesh.vertices = std::move(vtk.points);
+    if (with_arrays)
+        for (auto& [array, values] : vtk.of_cells) beside->arrays.push_back({std::move(array), std::move(values), {}});
     return join_cells(std::move(mesh), cells, beside);
 }
 

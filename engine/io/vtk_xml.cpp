@@ -20,7 +20,7 @@ constexpr std::ptrdiff_t kMaxTags = 100000;
 
 class VtkXmlReader {
 public:
-    VtkXmlReader(std::string_view bytes, const std::string& name, bool with_lines) : name_(name), bytes_(bytes), with_lines_(with_lines) {}
+    VtkXmlReader(std::string_view bytes, const std::string& name, bool with_data) : name_(name), bytes_(bytes), with_data_(with_data) {}
 
     Result<VtkMesh> read() {
         if (!load() || !read_pieces()) return *error_;
@@ -99,8 +99,10 @@ private:
             if (!is_finite(out_.points.back()))
                 return fail(ErrorCode::BadValue, fmt::format("vertex {} has a coordinate that is not finite", i / 3), points);
         }
-        if (out_.unstructured) return read_cells(piece.child("Cells"), out_.cells, first, piece.attribute("NumberOfCells").as_ullong());
-        if (with_lines_ && !(read_cells(piece.child("Lines"), out_.lines, first, piece.attribute("NumberOfLines").as_ullong()) &&
+        if (out_.unstructured)
+            return read_cells(piece.child("Cells"), out_.cells, first, piece.attribute("NumberOfCells").as_ullong()) &&
+                   (!with_data_ || read_data(piece.child("CellData"), out_.of_cells));
+        if (with_data_ && !(read_cells(piece.child("Lines"), out_.lines, first, piece.attribute("NumberOfLines").as_ullong()) &&
                              read_data(piece.child("PointData"), out_.of_points) && read_data(piece.child("CellData"), out_.of_cells)))
             return false;
         return read_cells(piece.child("Polys"), out_.polygons, first, piece.attribute("NumberOfPolys").as_ullong()) &&
@@ -205,7 +207,7 @@ private:
 
     const std::string& name_;
     std::string_view bytes_;
-    bool with_lines_;
+    bool with_data_;
     std::size_t unpacked_ = 0; // bytes of all arrays so far
     VtkArrayFormat format_;
     pugi::xml_document document_;
@@ -216,8 +218,8 @@ private:
 
 } // namespace
 
-Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_lines) {
-    return VtkXmlReader(bytes, name, with_lines).read();
+Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_data) {
+    return VtkXmlReader(bytes, name, with_data).read();
 }
 
 } // namespace trocar::engine

@@ -8,6 +8,7 @@
 #include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
 #include "engine/prepare/sharp_edges.hpp"
+#include "engine/prepare/tissue_regions.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
@@ -105,7 +106,8 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
                                 asked, capped, 1e3 * stable.step, 1e3 * slow));
 }
 
-Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
+/// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
+Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, BesideTets& beside, const Remarks& remarks) {
     if (body.coarse.file.empty() && body.coarse.lattice) return make_lattice(body, surface, remarks);
     if (body.coarse.file.empty()) {
         CoarseOptions options;
@@ -123,7 +125,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const
         }
         return std::move(coarse->tets);
     }
-    BesideTets beside;
+    beside.with_arrays = !body.coarse.regions.empty();
     Result<TetMesh> mesh = read_tets(body.coarse.file, &beside);
     if (!mesh.ok()) return mesh;
     if (std::string what = describe_split(beside.split); !what.empty()) remarks.notes.push_back("coarse mesh: " + what);
@@ -224,12 +226,15 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                             BodyModel& model, TetMesh& coarse, BodySummary& summary, std::vector<std::string>& notices) {
     const std::string key = "bodies." + spec.name;
     if (const Result<void> sized = check_max_volume(scene, spec, model.surface, allowance); !sized.ok()) return sized;
-    Result<TetMesh> mesh = make_coarse(spec, model.surface, {summary.notes, notices});
+    BesideTets beside;
+    Result<TetMesh> mesh = make_coarse(spec, model.surface, beside, {summary.notes, notices});
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > allowance.tets)
         return scene_error(scene, key + ".coarse",
                            fmt::format("found {} tetrahedra, {} with the other bodies; expected at most {} in the scene", mesh->tets.size(),
                                        kMostTets - allowance.tets + mesh->tets.size(), kMostTets));
+    Result<TissueRegions> regions = make_tissue_regions(scene, spec, *mesh, beside);
+    if (!regions.ok()) return regions.error();
     const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, before, model);
     if (!listed.ok()) return listed.error();
     const SceneBody& body = *listed;
@@ -237,7 +242,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
     if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
-    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned);
+    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, regions->contrast());
     if (!tissue.ok())
         return scene_error(scene, key,
                            body.coarse.file.empty() ? tissue.error().message
@@ -261,6 +266,8 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     summary.coarse_nodes = mesh->vertices.size();
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();
+    summary.region_array = std::move(regions->array);
+    summary.regions = std::move(regions->list);
     if (!fem::uses_patches(body.material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
         summary.notes.push_back(
             fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "

@@ -4,6 +4,7 @@
 #include "base/result.hpp"
 #include "engine/scene/scene.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -18,6 +19,17 @@ struct SceneModel;
 /// Called before each part of the work with what comes next.
 using Progress = std::function<void(const std::string&)>;
 
+/// Tetrahedra of a deformable body's coarse mesh that one label of its file names.
+struct RegionSummary {
+    std::string name; // of the scene, else of the file; empty: neither names it
+    std::int64_t label = 0;
+    std::size_t tets = 0;
+    double volume_m3 = 0.0;
+    double young_modulus = 0.0; // Pa, at small strain
+    double density = 0.0;       // kg/m^3
+    bool has_own_tissue = false; // the scene says one
+};
+
 /// What preparation found and made, body by body, for `explain` and the report.
 struct BodySummary {
     std::string name;
@@ -27,6 +39,8 @@ struct BodySummary {
     std::size_t links = 0, static_links = 0, degenerate_links = 0;
     double longest_link_m = 0.0;
     std::size_t tree_spheres = 0, inscribed_spheres = 0;
+    std::string region_array;           // that tells regions apart; empty: the body is of one tissue
+    std::vector<RegionSummary> regions; // by label
     std::vector<std::string> notes; // repairs, leniencies, warnings
 };
 

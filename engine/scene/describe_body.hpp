@@ -13,6 +13,8 @@ inline constexpr double kLargestShape = 10.0;   // m
 inline constexpr double kSmallestLength = 1e-5; // m
 inline constexpr double kUsualPoissonRatio = 0.495;
 
+inline constexpr Range kYoungModuli{10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"};
+inline constexpr Range kDensities{50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"};
 inline constexpr Range kModuli{0.0, 1e10, false, 0.0, 1e8, "soft tissue is below 100 MPa"};
 inline constexpr Range kOgdenModuli{-1e10, 1e10, false, -1e8, 1e8, "soft tissue is below 100 MPa"};
 inline constexpr Range kOgdenPowers{-30.0, 30.0};
@@ -34,8 +36,7 @@ struct MaterialKeys {
                                    {"hgo", Law::Hgo}},
                                   "Stable neo-Hookean, corotational linear, St. Venant-Kirchhoff, Mooney-Rivlin, Ogden with one to three "
                                   "terms, or Holzapfel-Gasser-Ogden: two families of fibres in a neo-Hookean ground. See docs/tissue.md.")),
-            key(s.young_modulus, number_field("young_modulus", Dimension::Pressure,
-                                              {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"},
+            key(s.young_modulus, number_field("young_modulus", Dimension::Pressure, kYoungModuli,
                                               "Stiffness; of hgo that of the ground between its fibres.")
                                      .when({"neo_hookean", "corotational", "stvk", "hgo"})),
             key(s.c10, number_field("c10", Dimension::Pressure, kModuli, "On the first invariant; the shear modulus is 2 (c10 + c01).")
@@ -76,10 +77,7 @@ struct MaterialKeys {
                                               {0.0, 0.4999, false, 0.0, kUsualPoissonRatio,
                                                "steps shrink with the root of 1 - 2 nu; tissue is 0.45 to 0.495"},
                                               "0 compressible, 0.5 incompressible.")),
-            key(s.density,
-                number_field("density", Dimension::Density,
-                             {50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
-                             "Mass per volume.")),
+            key(s.density, number_field("density", Dimension::Density, kDensities, "Mass per volume.")),
             key(s.viscosity,
                 number_field("viscosity", Dimension::Viscosity,
                              {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"},
@@ -251,12 +249,36 @@ struct MeshedCoarseKeys {
     }
 };
 
+inline constexpr double kLargestLabel = 2147483647.0;
+
+/// In the map "regions": the tissue's name is its key there.
+struct TissueRegionKeys {
+    using Struct = TissueRegion;
+    static auto of(auto& s) {
+        return described({"tissue region", "The body's tissue, of another stiffness or density, in a region of its coarse mesh."},
+                         key(s.label, count_field("label", -kLargestLabel, kLargestLabel,
+                                                  "Of the region's cells in the array; that which the file gives the region's name when absent.")),
+                         key(s.young_modulus,
+                             number_field("young_modulus", Dimension::Pressure, kYoungModuli,
+                                          "At small strain, whatever the law: all its moduli, and the viscosity, in proportion. The body's when absent.")),
+                         key(s.density, number_field("density", Dimension::Density, kDensities, "Mass per volume; the body's when absent.")),
+                         no_key(s.name));
+    }
+};
+static_assert(describes_all<TissueRegionKeys>);
+
 struct FileCoarseKeys {
     using Struct = CoarseSpec;
     static auto of(auto& s) {
         return described({"file coarse", "Tetrahedra from a file, in the surface's frame.", "file"},
                          key(s.file, path_field("file", "MSH, VTK, VTU, MEDIT, TetGen or Vega, plain or .gz.").required()),
-                         custom_key(file_unit_field(), read_file_unit, s.unit));
+                         custom_key(file_unit_field(), read_file_unit, s.unit),
+                         key(s.region_array, text_field("region_array", "Array of the file's cells that says by an integer which region each belongs to: a cell array "
+                                                                        "of VTK or VTU, or gmsh:physical, gmsh:geometrical, medit:ref, tetgen:ref, vega:region; the one "
+                                                                        "that looks like it when absent.")),
+                         custom_key(map_field("regions", object_value(table_of<TissueRegionKeys>()),
+                                              "Regions of other tissues, by name; what is in none of them has the body's material."),
+                                    read_regions, s.regions));
     }
 };
 static_assert(describes_all<MeshedCoarseKeys, FileCoarseKeys>);

@@ -166,6 +166,25 @@ std::optional<Error> read_coarse(const Reading& body, CoarseSpec& coarse) {
     return node->find("file") != nullptr ? read_keys<FileCoarseKeys>(reading, coarse) : read_keys<MeshedCoarseKeys>(reading, coarse);
 }
 
+std::optional<Error> read_regions(const Reading& reading, std::vector<TissueRegion>& regions) {
+    const auto& [context, values, scene] = reading;
+    const JsonNode* node = values.find("regions");
+    if (node == nullptr && values.has("region_array"))
+        return fail_at(context, values, "region_array", "unused key: no region has a tissue of its own; expected regions added or this left out");
+    for (std::size_t i = 0; node != nullptr && i < node->children.size(); ++i) {
+        const JsonNode& member = node->children[i];
+        const Values own = values.element("regions", member, join_key(values.path("regions"), member.key));
+        TissueRegion region;
+        region.name = member.key;
+        if (auto error = read_keys<TissueRegionKeys>({context, own, scene}, region)) return error;
+        for (const TissueRegion& other : regions)
+            if (region.label == other.label && region.label != TissueRegion::kNoLabel)
+                return fail_at(context, own, "label", fmt::format("found {}, which is {}'s; expected a label for each region", region.label, other.name));
+        regions.push_back(std::move(region));
+    }
+    return std::nullopt;
+}
+
 std::optional<Error> read_box(const Reading& reading, Box3& box) {
     const JsonNode* corners = reading.values.find("box");
     if (corners == nullptr) return std::nullopt;

@@ -52,6 +52,7 @@ struct Reading {
 [[nodiscard]] std::optional<Error> read_repairs(const Reading& reading, std::vector<Repair>& repairs);
 [[nodiscard]] std::optional<Error> read_surface_spec(const Reading& reading, SurfaceSpec& surface);
 [[nodiscard]] std::optional<Error> read_coarse(const Reading& reading, CoarseSpec& coarse);
+[[nodiscard]] std::optional<Error> read_regions(const Reading& reading, std::vector<TissueRegion>& regions);
 [[nodiscard]] std::optional<Error> read_box(const Reading& reading, Box3& box);
 [[nodiscard]] std::optional<Error> read_node_list(const Reading& reading, std::filesystem::path& file, std::vector<Index>& nodes);
 [[nodiscard]] std::optional<Error> read_fixed(const Reading& reading, std::vector<HeldRegion>& fixed);

@@ -14,7 +14,9 @@
 #include "fem/rod/rod_design.hpp"
 #include "fem/tissue/material.hpp"
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -60,12 +62,23 @@ struct SurfaceSpec {
     double margin = 0.05;            // Around: m, from their common box to the wall that closes the space
 };
 
+/// Tissue of the tetrahedra that a coarse mesh's file gives one label: the body's, of another stiffness or density.
+struct TissueRegion {
+    static constexpr std::int64_t kNoLabel = std::numeric_limits<std::int64_t>::min();
+    std::string name;
+    std::int64_t label = kNoLabel; // kNoLabel: that which the file gives this name
+    double young_modulus = 0.0;    // Pa, at small strain: all moduli of the law and its viscosity in proportion; 0: the body's
+    double density = 0.0;          // kg/m^3; 0: the body's
+};
+
 /// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's
 /// frame.
 struct CoarseSpec {
     std::filesystem::path file;          // empty: a mesher
     bool lattice = true;                 // the lattice mesher, not TetGen
     double unit = 1.0;                   // m per unit of the file
+    std::string region_array;            // of the file: integers by which its cells belong to regions; empty: the one that looks like it
+    std::vector<TissueRegion> regions;   // labels that are not named have the body's material
     std::size_t surface_triangles = 800; // TetGen: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
     double may_drop = kUsualRemoval;     // [-] share of its volume that may be left out as parts apart from the largest one

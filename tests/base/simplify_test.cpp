@@ -56,6 +56,27 @@ TEST(Simplify, AnOpenBorderKeepsItsShape) {
     EXPECT_LE(grid->triangles.size(), 60u);
 }
 
+/// The counts are those of rounds that each try every edge: an edge that is passed over because nothing around it has changed would be refused.
+TEST(Simplify, UnderAnErrorBoundGoesAsFarAsIfEveryRoundTriedEveryEdge) {
+    struct Case {
+        double error;
+        std::size_t triangles;
+        double volume;
+    };
+    TriMesh rough = make_sphere(5);
+    std::uint64_t seed = 1; // xorshift64* (Vigna 2016)
+    for (Vec3& x : rough.vertices) {
+        seed ^= seed >> 12, seed ^= seed << 25, seed ^= seed >> 27;
+        x *= 1.0 + 0.03 * static_cast<double>(static_cast<std::int64_t>(seed * 0x2545f4914f6cdd1dULL)) * 0x1p-63;
+    }
+    for (const Case& c : {Case{0.002, 8084, 4.1854573178188961}, Case{0.01, 3942, 4.1839064776560049}, Case{0.05, 322, 4.1000464886858188}}) {
+        const auto fewer = simplify(rough, 4, {.max_error = c.error});
+        ASSERT_TRUE(fewer.ok());
+        EXPECT_EQ(fewer->triangles.size(), c.triangles) << c.error;
+        EXPECT_NEAR(signed_volume(*fewer), c.volume, 1e-12) << c.error;
+    }
+}
+
 TEST(Simplify, ASecondRunGivesTheSameBits) {
     const TriMesh torus = make_torus(50, 20);
     const auto once = simplify(torus, 500), twice = simplify(torus, 500);

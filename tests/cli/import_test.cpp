@@ -149,6 +149,44 @@ TEST_F(ImportCommand, RefusesWhatItCannotReadAndLeavesNothingBehind) {
     EXPECT_FALSE(fs::exists(made("scene.json")));
 }
 
+TEST_F(ImportCommand, RegionsOfAnOrganStandInItsSceneAndAWrongLabelIsRefused) {
+    const fs::path file = write("two.mesh", "MeshVersionFormatted 1\nDimension 3\nVertices\n12\n0 0 0 0\n50 0 0 0\n50 50 0 0\n0 50 0 0\n0 0 50 0\n50 0 50 0\n50 50 50 0\n"
+                                            "0 50 50 0\n0 0 80 0\n50 0 80 0\n50 50 80 0\n0 50 80 0\nHexahedra\n2\n1 2 3 4 5 6 7 8 4\n5 6 7 8 9 10 11 12 6\nEnd\n");
+    const Ended ended = import("organ", file, {"--unit", "mm", "--no-explain"});
+    ASSERT_EQ(ended.exit_code, 0) << ended;
+    EXPECT_TRUE(ended.says("region     region_4 (label 4): 6 tetrahedra, 125000 mm^3")) << ended;
+    EXPECT_TRUE(ended.says("region     region_6 (label 6): 6 tetrahedra, 75000 mm^3")) << ended;
+    EXPECT_EQ(Json::parse(text_of(made("import.json")))["regions"].size(), 2u);
+    std::string scene = text_of(made("scene.json"));
+    const std::string stiff = "\"label\": 6, \"young_modulus\": 8";
+    ASSERT_NE(scene.find(stiff), std::string::npos) << scene;
+    scene.replace(scene.find(stiff), stiff.size(), "\"label\": 6, \"young_modulus\": 80");
+    std::ofstream(made("scene.json")) << scene;
+    const Ended ran = run(made("scene.json"), {"-n", "5"});
+    EXPECT_EQ(ran.exit_code, 0) << ran;
+    scene.replace(scene.find("\"label\": 6"), 10, "\"label\": 7");
+    std::ofstream(made("scene.json")) << scene;
+    const Ended wrong = run(made("scene.json"), {"-n", "5", "--force"});
+    EXPECT_EQ(wrong.exit_code, 2) << wrong;
+    EXPECT_TRUE(wrong.says("scene.json:14:")) << wrong;
+    EXPECT_TRUE(wrong.says("bodies.organ.coarse.regions.region_6.label: found 7, which no cell of organ.vtu has in its array \"region\"; nearest label: 6")) << wrong;
+    const Ended array = import("organ", file, {"--unit", "mm", "--regions", "medit:rfe", "--force"});
+    EXPECT_EQ(array.exit_code, 2) << array;
+    EXPECT_TRUE(array.says("--regions: found the unknown cell array \"medit:rfe\"; nearest known cell array: \"medit:ref\"")) << array;
+}
+
+TEST_F(ImportCommand, TakesADeviceOfTheCatalogueAndRefusesAnother) {
+    const fs::path tube = write_tube();
+    const Ended taken = import("segmentation", tube, {"--instrument", "steve_micro_catheter", "--no-explain"});
+    ASSERT_EQ(taken.exit_code, 0) << taken;
+    EXPECT_TRUE(taken.says("instrument steve_micro_catheter, radius ")) << taken;
+    const Ended ran = run(made("scene.json"), {"-n", "20"});
+    EXPECT_EQ(ran.exit_code, 0) << ran;
+    const Ended unknown = import("segmentation", tube, {"--instrument", "cobra_3", "--force"});
+    EXPECT_EQ(unknown.exit_code, 2) << unknown;
+    EXPECT_TRUE(unknown.says("--instrument: found the unknown device \"cobra_3\"; nearest known device: \"cobra_2\"")) << unknown;
+}
+
 TEST_F(ImportCommand, SaysWhereAnInletWasAskedForAndRefusesWordsForIt) {
     const Ended ended = import("segmentation", write_tube(), {"--inlet", "8.6,8.6,71", "--no-explain"});
     ASSERT_EQ(ended.exit_code, 0) << ended;

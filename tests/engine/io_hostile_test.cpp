@@ -46,9 +46,11 @@ bool parse_is_sound(const std::string& name, const std::string& bytes) {
     if (extension == ".ply") return surface(parse_ply(bytes, kName));
     if (extension == ".stl") return surface(parse_stl(bytes, kName));
     if (extension == ".off") return surface(parse_off(bytes, kName));
-    if (extension == ".msh") return tets(parse_msh(bytes, kName));
-    if (extension == ".mesh") return tets(parse_medit(bytes, kName));
-    if (extension == ".veg") return tets(parse_veg(bytes, kName));
+    BesideTets beside;
+    beside.with_arrays = true;
+    if (extension == ".msh") return tets(parse_msh(bytes, kName, &beside));
+    if (extension == ".mesh") return tets(parse_medit(bytes, kName, &beside));
+    if (extension == ".veg") return tets(parse_veg(bytes, kName, &beside));
     const Result<VtkMesh> vtk = extension == ".vtk" ? parse_vtk_legacy(bytes, kName) : parse_vtk_xml(bytes, kName);
     if (!vtk) return surface(vtk.error());
     const bool as_surface = surface(make_surface(VtkMesh(*vtk), kName));

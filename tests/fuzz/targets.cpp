@@ -63,8 +63,15 @@ void check_surface(const Result<TriMesh>& mesh) {
     for (const Vec3& v : mesh->vertices) require(is_finite(v), "every coordinate is finite");
 }
 
-void check_tets(const Result<TetMesh>& mesh) {
+/// Asks for everything that a file holds beside its tetrahedra.
+struct Everything {
+    BesideTets beside;
+    Everything() { beside.with_arrays = true; }
+};
+
+void check_tets(const Result<TetMesh>& mesh, const BesideTets& beside) {
     if (!is_fine(mesh)) return;
+    require(beside.arrays.empty() || beside.place_of_tet.size() == mesh->tets.size(), "every tetrahedron has its place in the arrays");
     require(!mesh->tets.empty(), "a mesh has a tetrahedron");
     for (const Tet& t : mesh->tets)
         for (const Index v : t) require(v < mesh->vertices.size(), "every index is in range");
@@ -78,22 +85,36 @@ void read_obj(std::string_view bytes) {
 void read_ply(std::string_view bytes) { check_surface(parse_ply(bytes, kName)); }
 void read_stl(std::string_view bytes) { check_surface(parse_stl(bytes, kName)); }
 void read_off(std::string_view bytes) { check_surface(parse_off(bytes, kName)); }
-void read_msh(std::string_view bytes) { check_tets(parse_msh(bytes, kName)); }
-void read_medit(std::string_view bytes) { check_tets(parse_medit(bytes, kName)); }
-void read_veg(std::string_view bytes) { check_tets(parse_veg(bytes, kName)); }
+template <class Parse>
+void read_tets_with(Parse&& parse) {
+    Everything all;
+    const Result<TetMesh> mesh = parse(&all.beside);
+    check_tets(mesh, all.beside);
+}
+void read_msh(std::string_view bytes) {
+    read_tets_with([&](BesideTets* beside) { return parse_msh(bytes, kName, beside); });
+}
+void read_medit(std::string_view bytes) {
+    read_tets_with([&](BesideTets* beside) { return parse_medit(bytes, kName, beside); });
+}
+void read_veg(std::string_view bytes) {
+    read_tets_with([&](BesideTets* beside) { return parse_veg(bytes, kName, beside); });
+}
 
 void check_vtk(Result<VtkMesh> vtk) {
     if (!is_fine(vtk)) return;
     check_surface(make_surface(VtkMesh(*vtk), kName));
-    check_tets(make_tets(std::move(*vtk), kName));
+    read_tets_with([&](BesideTets* beside) { return make_tets(std::move(*vtk), kName, beside); });
 }
-void read_vtk(std::string_view bytes) { check_vtk(parse_vtk_legacy(bytes, kName)); }
-void read_vtu(std::string_view bytes) { check_vtk(parse_vtk_xml(bytes, kName)); }
+void read_vtk(std::string_view bytes) { check_vtk(parse_vtk_legacy(bytes, kName, true)); }
+void read_vtu(std::string_view bytes) { check_vtk(parse_vtk_xml(bytes, kName, true)); }
 
 /// Two texts, apart by the first byte 1.
 void read_tetgen(std::string_view bytes) {
     const std::size_t cut = std::min(bytes.find('\x01'), bytes.size());
-    check_tets(parse_tetgen(bytes.substr(0, cut), "fuzzed.node", bytes.substr(std::min(cut + 1, bytes.size())), "fuzzed.ele"));
+    read_tets_with([&](BesideTets* beside) {
+        return parse_tetgen(bytes.substr(0, cut), "fuzzed.node", bytes.substr(std::min(cut + 1, bytes.size())), "fuzzed.ele", beside);
+    });
 }
 
 void read_scene_text(std::string_view bytes) {

@@ -11,6 +11,8 @@
 #include "engine/importing/vessel_files.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/scene/device.hpp"
+#include "tests/temp_folder.hpp"
 
 using namespace trocar;
 using namespace trocar::engine;
@@ -97,6 +99,42 @@ TEST(VesselEnds, OfAClosedSurfaceAreItsDeadEnds) {
     const Result<ImportedVessel> other = import_vessel(forked_vessel(), options);
     expect_imported(other);
     EXPECT_LT(other->entry.x(), -0.01) << "the end that was asked for";
+}
+
+TEST(VesselInstrument, IsADeviceOfTheCatalogueWhereOneIsNamed) {
+    const trocar::TempFolder own;
+    const ImportSource source{"vessel", "", {}};
+    for (const char* device : {"steve_micro_catheter", "steve_micro_guide_wire"}) {
+        SCOPED_TRACE(device);
+        VesselOptions options;
+        options.device = device;
+        const Result<ImportedVessel> vessel = import_vessel(forked_vessel(), options);
+        expect_imported(vessel);
+        for (const Result<void>& written : write_vessel(*vessel, source, own.path(), vessel_scene_text(*vessel, source))) ASSERT_TRUE(written.ok());
+        const Result<Scene> scene = read_scene(own.path() / import_name::kScene);
+        ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+        const SceneInstrument& instrument = scene->instruments[0];
+        EXPECT_EQ(instrument.name, device);
+        EXPECT_EQ(instrument.device, device);
+        const Result<Device> known = parse_device(*find_device(device), device);
+        ASSERT_TRUE(known.ok());
+        EXPECT_EQ(instrument.design.young_modulus, known->instrument.design.young_modulus);
+        EXPECT_EQ(instrument.design.radius, known->instrument.design.radius);
+        EXPECT_LE(instrument.design.length, known->instrument.design.length);
+        const auto prepared = make_prepared_scene(*scene);
+        EXPECT_TRUE(prepared.ok()) << prepared.error().to_string();
+    }
+    VesselOptions options;
+    options.device = "cobra_3";
+    const Result<ImportedVessel> unknown = import_vessel(forked_vessel(), options);
+    ASSERT_FALSE(unknown.ok());
+    EXPECT_NE(unknown.error().to_string().find("--instrument: found the unknown device \"cobra_3\"; nearest known device: \"cobra_2\""), std::string::npos) << unknown.error().to_string();
+    options.device = "guide_6f";
+    TriMesh small = forked_vessel();
+    for (Vec3& v : small.vertices) v *= 0.3;
+    const Result<ImportedVessel> thick = import_vessel(small, options);
+    ASSERT_FALSE(thick.ok());
+    EXPECT_NE(thick.error().message.find("and guide_6f is "), std::string::npos) << thick.error().message;
 }
 
 TEST(VesselRepairs, NameEveryDefectAndNoneIsRefusedWhereNoneIsAskedFor) {

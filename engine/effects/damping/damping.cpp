@@ -8,13 +8,8 @@ static bool is_damped(const BodyModel& body) {
     return body.tissue && (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0);
 }
 
-/// The same tissue of a material without viscosity and drag.
-static void remove_damping(BodyModel& body) {
-    fem::Material material = body.tissue->material;
-    material.viscosity = material.mass_damping = 0.0;
-    auto undamped = fem::make_tissue_model({body.tissue->rest_position, body.tissue->tet_nodes}, material, body.tissue->pinned);
-    if (undamped) body.tissue = std::move(*undamped); // it succeeded once, so it succeeds again
-}
+/// The same tissue of a material without viscosity and drag: nothing else of a model is made of them.
+static void remove_damping(BodyModel& body) { body.tissue->material.viscosity = body.tissue->material.mass_damping = 0.0; }
 
 const EffectDescriptor damping{
     .name = "damping",
