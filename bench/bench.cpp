@@ -186,7 +186,8 @@ std::string cell_html(const std::string& column, const BenchRow& value) {
 
 std::string rows_html(const BenchTable& table) {
     const std::vector<std::string> columns = columns_of(table);
-    std::string page = "<div class=\"scroll\"><table><tr>";
+    constexpr std::size_t kMany = 12;
+    std::string page = fmt::format("<div class=\"scroll\"><table{}><tr>", columns.size() > kMany ? " class=\"many\"" : "");
     for (const std::string& column : columns) page += fmt::format("<th class=\"wrap\">{}</th>", breakable(escape_html(column)));
     page += "</tr>\n";
     for (const BenchRow& row : table.rows) {

@@ -28,6 +28,7 @@ table{border-collapse:collapse;width:100%;font-size:15px;font-variant-numeric:ta
 th{font-weight:500;text-align:left;color:var(--soft);font-size:13px;padding:6px 14px 6px 0;border-bottom:1px solid var(--line);vertical-align:bottom}
 td{padding:8px 14px 8px 0;border-bottom:1px solid #f0f1f3;vertical-align:top}
 td.n,th.n{text-align:right;white-space:nowrap}th.wrap{white-space:normal}
+.many{font-size:13px}.many th{font-size:12px}.many td,.many th{padding-right:8px}
 .scroll{overflow-x:auto;-webkit-overflow-scrolling:touch}.scroll table{min-width:720px}
 .verdict-word{white-space:nowrap}
 .dot{display:inline-block;width:9px;height:9px;border-radius:50%;background:var(--good);margin-right:10px;vertical-align:1px}
