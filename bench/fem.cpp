@@ -234,9 +234,10 @@ Result<void> add_scaling(const BenchOptions& options, BenchTable& table) {
                    "Time of a tetrahedron over the size of the mesh",
                    "Time of one force evaluation, per tetrahedron; double precision.",
                    {}};
+    sketch.height += 50; // the names of four lines above the plot
     sketch.commands = "set logscale xy\nset format x '10^{%L}'\nset yrange [5:*]\nset ytics (5,10,20,50,100,200,500,1000)\nset xlabel "
                       "'number of tetrahedra' textcolor rgb '#4b5563' offset 0,0.4\n"
-                      "set ylabel 'time a tetrahedron [ns]' textcolor rgb '#4b5563' offset 1,0\nset key outside top center maxcols 2 maxrows 2\nset tmargin 3.8\n"
+                      "set ylabel 'time a tetrahedron [ns]' textcolor rgb '#4b5563' offset 1,0\nset key outside top center maxcols 1 maxrows 4\nset tmargin 5.8\n"
                       "plot 'scaling.tsv' using 1:2 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#2158d6' title 'neo-Hookean', "
                       "'' using 1:{} with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#d97706' title 'StVK, viscous'";
     sketch.commands.replace(sketch.commands.find("{}"), 2, most > 1 ? "4" : "3");
