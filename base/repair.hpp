@@ -22,7 +22,7 @@ namespace trocar {
 
 [[nodiscard]] SurfaceMeasure measure_surface(const TriMesh& mesh);
 
-/// "area 0.152 to 0.153 m^2, volume open to 0.0017 m^3, components 1"; each number once where it stayed.
+/// "area 152000 to 153000 mm^2, volume open to 1.7e+06 mm^3, components 1"; each number once where it stayed.
 [[nodiscard]] std::string describe_change(const SurfaceMeasure& before, const SurfaceMeasure& after);
 
 /// In the order given. On an Error the mesh is left as it was. BadMesh as well, with what it would have removed, where a repair

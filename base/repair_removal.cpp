@@ -63,9 +63,9 @@ SurfaceMeasure measure_surface(const TriMesh& mesh) {
 }
 
 std::string describe_change(const SurfaceMeasure& before, const SurfaceMeasure& after) {
-    const auto volume = [](const SurfaceMeasure& m) { return m.volume ? short_number(*m.volume) : std::string("open"); };
-    return change("area", short_number(before.area), short_number(after.area), " m^2, ") +
-           change("volume", volume(before), volume(after), after.volume ? " m^3, " : ", ") +
+    const auto volume = [](const SurfaceMeasure& m) { return m.volume ? short_number(1e9 * *m.volume) : std::string("open"); };
+    return change("area", short_number(1e6 * before.area), short_number(1e6 * after.area), " mm^2, ") +
+           change("volume", volume(before), volume(after), after.volume ? " mm^3, " : ", ") +
            change("components", std::to_string(before.components), std::to_string(after.components), "");
 }
 

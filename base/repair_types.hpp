@@ -57,8 +57,8 @@ struct RepairStep {
     std::size_t shells_removed = 0;
     std::size_t crossings_made = 0; // pairs of triangles, by fill_holes where no patch fits without
 
-    /// "fill_holes: 628 triangles added, 12 holes filled; area 0.152 to 0.153 m^2, volume open to 0.0017 m^3, components 1 to 1",
-    /// or "orient: nothing to do; area 0.152 m^2, ...".
+    /// "fill_holes: 628 triangles added, 12 holes filled; area 152000 to 153000 mm^2, volume open to 1.7e+06 mm^3, components 1 to 1",
+    /// or "orient: nothing to do; area 152000 mm^2, ...".
     [[nodiscard]] std::string to_string() const;
 };
 

@@ -133,7 +133,7 @@ namespace {
 
 std::string page_head(const std::string& title, const std::string& lead) {
     return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                       "content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n"
+                       "content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style></head>\n<body><main class=\"broad\">\n"
                        "<p class=\"over\">trocar {0}</p>\n<p class=\"lead\">{2}</p>\n",
                        escape_html(title), kReportStyle, escape_html(lead));
 }
@@ -164,15 +164,36 @@ std::string breakable(const std::string& key) {
     return text;
 }
 
+/// A long name of joined words, before each of them.
+std::string breakable_words(const std::string& name) {
+    constexpr std::size_t kLong = 30;
+    if (name.size() < kLong || name.find(' ') != std::string::npos) return name;
+    std::string text;
+    for (const char c : name) {
+        if (c >= 'A' && c <= 'Z' && !text.empty() && text.back() >= 'a' && text.back() <= 'z') text += "<wbr>";
+        text += c;
+    }
+    return text;
+}
+
+/// A verdict as a dot and a word: the one that does not hold among fifty that do.
+std::string verdict_html(bool holds) { return fmt::format("<span class=\"verdict-word\"><span class=\"dot{}\"></span>{}</span>", holds ? "" : " bad", holds ? "yes" : "no"); }
+
+std::string cell_html(const std::string& column, const BenchRow& value) {
+    if ((column == "holds" || column == "met") && value.is_boolean()) return verdict_html(value.get<bool>());
+    return breakable_words(escape_html(cell(value)));
+}
+
 std::string rows_html(const BenchTable& table) {
     const std::vector<std::string> columns = columns_of(table);
-    std::string page = "<div class=\"scroll\"><table><tr>";
+    constexpr std::size_t kMany = 12;
+    std::string page = fmt::format("<div class=\"scroll\"><table{}><tr>", columns.size() > kMany ? " class=\"many\"" : "");
     for (const std::string& column : columns) page += fmt::format("<th class=\"wrap\">{}</th>", breakable(escape_html(column)));
     page += "</tr>\n";
     for (const BenchRow& row : table.rows) {
         page += "<tr>";
         for (const std::string& column : columns)
-            page += fmt::format("<td>{}</td>", row.contains(column) ? escape_html(cell(row[column])) : "");
+            page += fmt::format("<td>{}</td>", row.contains(column) ? cell_html(column, row[column]) : "");
         page += "</tr>\n";
     }
     page += "</table></div>\n";

@@ -72,26 +72,36 @@ std::string quote_plain(const std::string& text) {
     return quoted + '\'';
 }
 
-/// All rows of one case in one figure: errors over what is refined, the target as a line.
+constexpr double kNoError = 1e-17; // drawn where there is none: the axis is logarithmic
+
+/// All rows of one case in one figure: errors over what is refined, the target as a line. None where only one size was run: the table has it.
 void add_figure(std::span<const LiteratureRow> rows, std::size_t number, BenchTable& table) {
+    if (rows.front().sizes.size() < 2) return;
     std::string name = "case";
     name += static_cast<char>('a' + number / 26);
     name += static_cast<char>('a' + number % 26);
     Sketch sketch;
-    sketch.plot = {name, rows.front().name, fmt::format("Error over {}; the dashed line is the target at {:g}.", rows.front().size_name, rows.front().stated), {}};
+    sketch.plot = {name, rows.front().name, fmt::format("Relative error over the number of {}; dashed: the target at {:g}.", rows.front().size_name, rows.front().stated), {}};
+    double least = rows.front().target, most = least;
+    for (const LiteratureRow& row : rows)
+        for (std::size_t at = 0; at < row.sizes.size(); ++at) {
+            const double error = std::max(row.error(at), kNoError);
+            least = std::min(least, error), most = std::max(most, error);
+        }
     std::string ticks;
     for (const double size : rows.front().sizes) fmt::format_to(std::back_inserter(ticks), "{}{:g}", ticks.empty() ? "" : ",", size);
-    sketch.commands = fmt::format("set ylabel 'error' textcolor rgb '#4b5563' offset 1,0\nset xlabel {} textcolor rgb '#4b5563' offset 0,0.4\n"
-                                  "set logscale xy\nset format y '10^{{%L}}'\nset xtics ({})\nset xrange [{:g}:{:g}]\nset key outside top center maxcols 1 noenhanced\nset tmargin {:g}\nplot {:g} with lines lw 1.2 "
+    sketch.commands = fmt::format("set ylabel 'relative error [-]' textcolor rgb '#4b5563' offset 1,0\nset xlabel {} textcolor rgb '#4b5563' offset 0,0.4\n"
+                                  "set logscale xy\nset format y '10^{{%L}}'\nset xtics ({})\nset xrange [{:g}:{:g}]\nset yrange [1e{:.0f}:1e{:.0f}]\nset key outside top center maxcols 1 noenhanced\nset tmargin {:g}\nplot {:g} with lines lw 1.2 "
                                   "dt (6,4) lc rgb '#9aa3ad' notitle",
-                                  quote_for_gnuplot(rows.front().size_name), ticks, 0.8 * rows.front().sizes.front(), 1.25 * rows.front().sizes.back(),
+                                  quote_for_gnuplot("number of " + rows.front().size_name), ticks, 0.8 * rows.front().sizes.front(), 1.25 * rows.front().sizes.back(),
+                                  std::floor(std::log10(0.9 * least)), std::ceil(std::log10(1.1 * most)),
                                   1.0 + 1.25 * static_cast<double>(rows.size()), rows.front().target);
     sketch.height += 17 * static_cast<int>(rows.size());
     constexpr const char* kColours[] = {"#2158d6", "#d97706", "#0f9d76", "#d64545", "#7c4dbd", "#5a6570"};
     for (std::size_t k = 0; k < rows.size(); ++k) {
         std::string text;
         for (std::size_t at = 0; at < rows[k].sizes.size(); ++at)
-            fmt::format_to(std::back_inserter(text), "{:g} {:.6g}\n", rows[k].sizes[at], std::max(rows[k].error(at), 1e-17));
+            fmt::format_to(std::back_inserter(text), "{:g} {:.6g}\n", rows[k].sizes[at], std::max(rows[k].error(at), kNoError));
         const std::string file = fmt::format("{}_{}.tsv", name, k);
         sketch.commands += fmt::format(", '{}' using 1:2 with linespoints pt 7 ps 0.7 lw 1.6 lc rgb '{}' title {}", file, kColours[k % std::size(kColours)],
                                        quote_plain(rows[k].quantity));

@@ -4,10 +4,10 @@
 #include "collision/search/contact_search.hpp"
 #include "collision/bvh/near_pairs.hpp"
 #include "bench/cloth_sequences.hpp"
-#include "bench/coherence_comparison.hpp"
 #include "bench/contact_workloads.hpp"
 #include "bench/marked_search.hpp"
 #include "bench/tables.hpp"
+#include "engine/experiments/coherence_comparison.hpp"
 #include "engine/time/clock.hpp"
 
 #include <fmt/format.h>

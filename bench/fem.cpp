@@ -231,18 +231,19 @@ Result<void> add_scaling(const BenchOptions& options, BenchTable& table) {
     }
     Sketch sketch;
     sketch.plot = {"scaling",
-                   "Cost of a tetrahedron over the size of the mesh",
-                   "Nanoseconds per tetrahedron and force evaluation, double precision.",
+                   "Time of a tetrahedron over the size of the mesh",
+                   "Time of one force evaluation, per tetrahedron; double precision.",
                    {}};
+    sketch.height += 50; // the names of four lines above the plot
     sketch.commands = "set logscale xy\nset format x '10^{%L}'\nset yrange [5:*]\nset ytics (5,10,20,50,100,200,500,1000)\nset xlabel "
-                      "'tetrahedra' textcolor rgb '#4b5563' offset 0,0.4\n"
-                      "set ylabel 'ns' textcolor rgb '#4b5563' offset 1,0\nset key maxrows 2\nset key at graph 0, 1.22\nset tmargin 3.4\n"
+                      "'number of tetrahedra' textcolor rgb '#4b5563' offset 0,0.4\n"
+                      "set ylabel 'time a tetrahedron [ns]' textcolor rgb '#4b5563' offset 1,0\nset key outside top center maxcols 1 maxrows 4\nset tmargin 5.8\n"
                       "plot 'scaling.tsv' using 1:2 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#2158d6' title 'neo-Hookean', "
                       "'' using 1:{} with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#d97706' title 'StVK, viscous'";
     sketch.commands.replace(sketch.commands.find("{}"), 2, most > 1 ? "4" : "3");
     if (most > 1)
-        sketch.commands += fmt::format(", '' using 1:3 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#2158d6' title '{0} threads', "
-                                       "'' using 1:5 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#d97706' title '{0} threads'",
+        sketch.commands += fmt::format(", '' using 1:3 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#2158d6' title 'neo-Hookean, {0} threads', "
+                                       "'' using 1:5 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#d97706' title 'StVK, viscous, {0} threads'",
                                        most);
     table.sketches.push_back(std::move(sketch));
     table.plot_data.push_back({"scaling.tsv", text});

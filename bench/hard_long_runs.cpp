@@ -92,13 +92,18 @@ void add_plots(const std::string& name, const std::string& file, const std::vect
     table.plot_data.push_back({file, std::move(text)});
     struct Curve {
         const char *what, *label;
+        double Second::*value;
         int column;
     };
-    for (const Curve& curve : {Curve{"energy", "J", 2}, Curve{"memory", "MiB", 3}, Curve{"step", "ms, median of a second", 4}}) {
+    for (const Curve& curve : {Curve{"energy", "energy [J]", &Second::energy_j, 2}, Curve{"memory", "memory [MiB]", &Second::memory_mib, 3},
+                               Curve{"step", "step, median of a second [ms]", &Second::step_ms, 4}}) {
+        const auto [least, most] =
+            std::minmax_element(seconds.begin(), seconds.end(), [&](const Second& a, const Second& b) { return a.*curve.value < b.*curve.value; });
+        if (seconds.empty() || (*least).*curve.value == (*most).*curve.value) continue; // the table has what does not change
         Sketch sketch;
         sketch.plot = {std::string(curve.what) + file.substr(0, file.find('.')), fmt::format("{}: {}", name, curve.what),
-                       "Ten minutes of simulated time, a point a second.", ""};
-        sketch.commands = fmt::format("set xlabel 'simulated time, s'\nset ylabel '{}'\nset key off\nplot '{}' using 1:{} with lines\n",
+                       "Ten minutes of simulated time, one point for each second.", ""};
+        sketch.commands = fmt::format("set xlabel 'simulated time [s]'\nset ylabel '{}'\nset key off\nplot '{}' using 1:{} with lines\n",
                                       curve.label, file, curve.column);
         table.sketches.push_back(std::move(sketch));
     }

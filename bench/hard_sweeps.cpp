@@ -124,13 +124,13 @@ void known_answers(HardReport& report) {
             missed += !shown.meets();
             let_by += !shown.sweep({}).hit();
         });
-        report.equal(name + ": writings in which the exact test misses it", missed, 0);
-        report.equal(name + ": in which the conservative test does", let_by, 0);
+        report.equal(name + ": variants that the exact test misses", missed, 0);
+        report.equal(name + ": variants that the conservative test misses", let_by, 0);
     }
     for (const auto& [name, pair] : known_misses()) {
         int invented = 0;
         for_each_writing(pair, [&](const Pair& shown) { invented += shown.meets(); });
-        report.equal(name + ": writings in which the exact test invents it", invented, 0);
+        report.equal(name + ": variants with a false contact by the exact test", invented, 0);
     }
 }
 
@@ -160,7 +160,7 @@ void same_answer_however_it_is_written(HardReport& report) {
         for_each_writing(pair, [&](const Pair& shown) { differing += shown.meets() != answer; });
     }
     report.note(fmt::format("{} of {} pairs collide", colliding, kPairs));
-    report.equal("pairs on a grid of five: answers that differ between writings", differing, 0);
+    report.equal("pairs on a grid of five: answers that differ between variants", differing, 0);
 }
 
 /// A vertex flies at a face (or an edge at an edge) through its middle, from near to 1e9 edge lengths in a step.
@@ -192,7 +192,7 @@ void tunnelling_at_rising_speed(HardReport& report) {
 
 constexpr HardCase kSweepsCases[] = {
     {"sweeps", "KnownContactsAndMissesInEveryOrderPlaceScaleAndDirectionOfTime",
-     "exactly the known answer in all writings: six vertex orders, both edge orders, bodies swapped, time reversed, scales 2^-30 to 2^20, "
+     "exactly the known answer in all variants: six vertex orders, both edge orders, bodies swapped, time reversed, scales 2^-30 to 2^20, "
      "3e4 sizes away",
      known_answers},
     {"sweeps", "TheAnswerIsTheSameHoweverThePairIsWritten", "no answer differs: they are exact", same_answer_however_it_is_written},

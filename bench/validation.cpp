@@ -106,9 +106,9 @@ private:
                   std::abs(fem::cantilever_ratio(6, nu, fem::TetElements::Patched) - 1.0), 0.03);
         plot({"cantilever",
               "Cantilever against Timoshenko",
-              "What the tip of a bar of linear tetrahedra lacks, over the number of cells across; the dashed line falls with order 2.",
+              "Tip deflection of a bar of linear tetrahedra that is missing against Timoshenko's, over the number of cells across; dashed: order 2.",
               {}},
-             fmt::format(kAxes, "share missing", "cells across") +
+             fmt::format(kAxes, "missing tip deflection [-]", "number of cells across") +
                  "set logscale xy\nset xtics (2,4,8)\nset format y '%g'\nset xrange [1.7:9.4]\n"
                  "plot 'convergence.tsv' using 1:2 with linespoints pt 7 lw 1.8 lc rgb '#2158d6' title 'nu 0.3', '' using 1:($3*2) with "
                  "lines lw 1.2 dt (6,4) lc rgb '#9aa3ad' title 'order 2'",
@@ -116,9 +116,9 @@ private:
         plot(
             {"locking",
              "Locking",
-             "Tip over Timoshenko's of linear tetrahedra as the material becomes incompressible; patches, the default from nu 0.4 on, do not lock.",
+             "Tip deflection of linear tetrahedra over Timoshenko's, as the material becomes incompressible; patches, the default from nu 0.4 on, do not lock.",
              {}},
-            fmt::format(kAxes, "tip over Timoshenko", "Poisson ratio") +
+            fmt::format(kAxes, "tip deflection over Timoshenko''s [-]", "Poisson''s ratio [-]") +
                 "set yrange [0:1.05]\nset xrange [0.28:0.52]\nunset key\n"
                 "plot 'locking.tsv' using 1:2 with linespoints pt 7 lw 1.8 lc rgb '#d64545', 1 with lines lw 1.2 dt (6,4) lc rgb '#9aa3ad'",
             {{"locking.tsv", locking}});
@@ -136,7 +136,7 @@ private:
         std::vector<double> energy[2];
         std::vector<PlotData> orders;
         std::string order_plot =
-            fmt::format(kAxes, "error [m]", "step [ms]") + "set logscale xy\nset format y '10^{%L}'\nset format x '%g'\nplot ";
+            fmt::format(kAxes, "largest distance [m]", "step [ms]") + "set logscale xy\nset format y '10^{%L}'\nset format x '%g'\nplot ";
         for (int k = 0; k < 2; ++k) {
             const NamedIntegrator& i = kBoth[k];
             const std::vector<fem::StepError> errors = fem::step_errors(i.integrator, 2);
@@ -155,13 +155,13 @@ private:
         for (std::size_t sample = 0; sample < energy[0].size(); ++sample)
             fmt::format_to(std::back_inserter(energies), "{:.2f} {:.6g} {:.6g}\n", 0.1 * static_cast<double>(sample),
                            1e3 * (energy[0][sample] - 1.0), 1e3 * (energy[1][sample] - 1.0));
-        plot({"order", "Order in the step", "Farthest node from a run in much finer steps: the slopes are 4 and 2.", {}}, order_plot,
+        plot({"order", "Order in the step", "Largest distance of a node from a run in much finer steps. Expected slopes: 4 and 2.", {}}, order_plot,
              orders);
         plot({"energy",
               "Energy of a free bar",
-              "Total energy less its first, per mille. RK4 loses a little; leapfrog holds a neighbour of it.",
+              "Change of the total energy since the start. RK4 dissipates a little; leapfrog conserves a nearby energy, and oscillates about it.",
               {}},
-             fmt::format(kAxes, "per mille", "time [s]") + "plot 'energy.tsv' using 1:2 with lines lw 1.6 lc rgb '#2158d6' title 'RK4', '' "
+             fmt::format(kAxes, "change of energy [per mille]", "time [s]") + "plot 'energy.tsv' using 1:2 with lines lw 1.6 lc rgb '#2158d6' title 'RK4', '' "
                                                            "using 1:3 with lines lw 1.6 lc rgb '#d97706' title 'leapfrog'",
              {{"energy.tsv", energies}});
     }
@@ -185,10 +185,10 @@ private:
         }
         plot({"edge",
               "Both sides of the stability edge",
-              "Energy after 1000 steps over the first, by the step's share of the exact limit; what is no longer finite is drawn at the "
-              "top.",
+              "Energy after 1000 steps over the initial energy, against the step as a share of the exact limit. Energies that are not finite are drawn "
+              "at the top.",
               {}},
-             fmt::format(kAxes, "energy over the first", "step over the limit") +
+             fmt::format(kAxes, "energy over initial energy [-]", "step over its limit [-]") +
                  "set logscale y\nset format y '10^{%L}'\nset xrange [0.93:1.05]\n"
                  "set arrow 1 from 1, graph 0 to 1, graph 1 nohead lc rgb '#9aa3ad' dt (6,4)\n"
                  "plot 'edge.tsv' using 1:2 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#2158d6' title 'RK4', '' using 1:3 with "
@@ -221,8 +221,8 @@ private:
             fmt::format_to(std::back_inserter(text), "\"{}\" {:.6g} {:.6g}\n", beam.label, 1.0, compared->ours / compared->reference);
         }
         if (text.empty()) return;
-        plot({"beams", "Beams that others computed", "Tip deflection here over theirs.", {}},
-             fmt::format(kAxes, "tip over reference", "") +
+        plot({"beams", "Beams of SOFA and CalculiX", "Tip deflection here over theirs.", {}},
+             fmt::format(kAxes, "tip deflection over reference [-]", "") +
                  "set yrange [0:1.2]\nset style data histogram\nset style histogram cluster gap 1.2\nset style fill solid 0.85 "
                  "noborder\nset xtics font ',11'\n"
                  "plot 'beams.tsv' using 2:xtic(1) lc rgb '#c9cfd6' title 'reference', '' using 3 lc rgb '#2158d6' title 'here'",

@@ -22,6 +22,6 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
     "libeigen3-dev, libfmt-dev, nlohmann-json3-dev, libpugixml-dev, zlib1g-dev, libpng-dev, libhwy-dev, libgmp-dev, libtbb-dev, libboost-dev")
 set(CPACK_COMPONENT_TROCAR_DESCRIPTION "The program trocar, its pages, scenes and recipes.")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Libraries and headers for programs that step scenes: find_package(Trocar).")
-# What is packed is what was built: `./start build` or `cmake --build BUILD --target trocar` builds all of it, and no test is needed for it.
+# What is packed is what was built: `./start build` or `cmake --build BUILD --target trocar trocar-bench trocar_c` builds all of it, and no test is needed for it.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 include(CPack)

@@ -1,178 +1,73 @@
-#include "bench/bench.hpp"
-#include "bench/benchmark_page.hpp"
-#include "bench/headlines.hpp"
+#include "engine/cli/bench_request.hpp"
 #include "engine/cli/commands.hpp"
-#include "engine/cli/progress.hpp"
 #include "engine/cli/python_bench.hpp"
-#include "engine/io/atomic_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 #include <memory>
+#include <unistd.h>
 
 namespace trocar::engine {
 
 namespace {
 
-struct BenchRequest {
-    std::string name;
-    std::vector<std::string> given; // files with tables that `all` does not measure again
-    BenchOptions options;
-};
-
-int list_benches() {
-    for (const Bench& bench : benches()) fmt::print("{:<16} {}\n", bench.name, bench.what);
-    fmt::print("{:<16} {}\n", "python", "the Python package: environment steps, batches, threads, forks, memory (python -m trocar.bench)");
-    fmt::print("{:<16} {}\n", "all", "every one of them but python, with a short table first: Markdown on the terminal, everything by --page");
-    return kExitFine;
-}
-
-Result<void> write_if_named(const std::filesystem::path& file, const std::function<std::string()>& text) {
-    return file.empty() ? Result<void>() : write_file_atomically(file, text());
-}
-
-/// Rows that have a bound (`holds`) and are beyond it: listed by name, beside the exit code for scripts.
-std::size_t count_broken(std::string_view bench, const BenchTable& table) {
-    std::size_t broken = 0;
-    for (const BenchRow& row : table.rows) {
-        if (!row.contains("holds") || row["holds"] != false) continue;
-        ++broken;
-        fmt::print(stderr, "error: bench {}: beyond its bound: {}\n", bench, row.dump());
-    }
-    return broken;
-}
-
-/// Kept for docs/benchmarks.md as soon as it is measured: what ends a later one takes nothing away.
-Result<void> show_in_docs(const std::filesystem::path& docs, std::string_view name, const BenchTable& table) {
-    if (docs.empty()) return {};
-    if (auto kept = keep_measured(docs, name, table); !kept) return kept;
-    return write_benchmark_page(docs);
-}
-
-/// The whole of a bench of this program's own scenes is what the page shows: known before anything is measured.
-Result<void> check_docs(const BenchRequest& request) {
-    const BenchOptions& o = request.options;
-    if (o.docs.empty()) return {};
-    const auto refuse = [](const char* found, const char* expected) {
-        return Error{ErrorCode::BadUsage, fmt::format("found {} beside it, expected {}", found, expected), {}, 0, 0, "--docs"};
-    };
-    if (o.quick || !o.scene.empty()) return refuse(o.quick ? "--quick" : "--scene", "the whole table: the page shows what was measured");
-    if (request.name.empty() && (!o.json.empty() || !o.page.empty() || !request.given.empty() || o.threads != 0 || o.large))
-        return refuse("another option and no bench", "a bench's name, or --docs alone");
-    const auto page = make_benchmark_page(o.docs);
-    return page ? Result<void>() : Result<void>(page.error());
-}
-
-/// Every table, one after another. One that cannot be measured is named, and the others are.
-int run_all(const BenchRequest& request, ProgressLine& progress) {
-    std::vector<MeasuredBench> measured;
-    nlohmann::ordered_json json = nlohmann::ordered_json::array();
-    int failed = 0;
-    std::vector<ReadBench> given;
-    for (const std::string& file : request.given) {
-        auto read = read_bench(file);
-        if (!read) return report_error(read.error());
-        given.push_back(std::move(*read));
-    }
-    for (const Bench& bench : benches()) {
-        const auto known = std::find_if(given.begin(), given.end(), [&](const ReadBench& g) { return g.name == bench.name; });
-        if (known != given.end()) {
-            json.push_back(bench_json(bench.name, known->table));
-            measured.push_back({&bench, std::move(known->table)});
-            continue;
-        }
-        BenchOptions options = request.options;
-        options.progress = [&](const std::string& what) { progress.show(fmt::format("{}: {}", bench.name, what)); };
-        auto table = bench.run(options);
-        progress.clear();
-        if (!table) {
-            failed = report_error(table.error());
-            continue;
-        }
-        table->quick = options.quick;
-        table->command = bench_command(bench.name, options);
-        if (const auto shown = show_in_docs(options.docs, bench.name, *table); !shown) failed = report_error(shown.error());
-        json.push_back(bench_json(bench.name, *table));
-        measured.push_back({&bench, std::move(*table)});
-    }
-    fmt::print("{}", headlines_markdown(measured));
-    const BenchOptions& files = request.options;
-    for (const auto& written : {write_if_named(files.page, [&] { return all_benches_page(measured); }),
-                                write_if_named(files.json, [&] { return json.dump(2) + "\n"; })})
-        if (!written) failed = report_error(written.error());
-    std::size_t broken = 0;
-    for (const MeasuredBench& one : measured) broken += count_broken(one.bench->name, one.table);
-    return failed == 0 && broken > 0 ? kExitDiffers : failed;
-}
-
-/// It prints its own table.
+/// It prints its own table, and is no part of either program.
 int run_python(const BenchRequest& request) {
-    const BenchOptions& o = request.options;
-    if (!o.json.empty() || !o.page.empty() || !o.docs.empty() || !o.scene.empty() || !request.given.empty() || o.threads != 0 || o.large)
+    if (!request.json.empty() || !request.page.empty() || !request.docs.empty() || !request.scene.empty() || !request.given.empty() ||
+        request.threads != 0 || request.large)
         return report_error({ErrorCode::BadUsage, "found another option beside `bench python`, expected none but --quick", {}, 0, 0, "bench"});
-    return report_error(become_python_bench(o.quick ? std::vector<std::string>{"--quick"} : std::vector<std::string>{}));
+    return report_error(become_python_bench(request.quick ? std::vector<std::string>{"--quick"} : std::vector<std::string>{}));
 }
 
-int run_bench(BenchRequest& request) {
-    if (const auto fits = check_docs(request); !fits) return report_error(fits.error());
-    if (request.name.empty() && !request.options.docs.empty()) {
-        const auto written = write_benchmark_page(request.options.docs);
-        return written ? kExitFine : report_error(written.error());
-    }
-    if (request.name.empty()) return list_benches();
-    if (request.name == "python") return run_python(request);
-    const auto all = benches();
-    const auto bench = std::find_if(all.begin(), all.end(), [&](const Bench& b) { return b.name == request.name; });
-    if (bench == all.end() && request.name != "all") {
-        std::string known = "all, python";
-        for (const Bench& b : all) known += ", " + std::string(b.name);
-        return report_error({ErrorCode::BadUsage, fmt::format("no bench '{}'; known: {}", request.name, known), {}, 0, 0, "bench"});
-    }
-    for (const auto& [file, option] : {std::pair(request.options.page, "--page"), std::pair(request.options.json, "--json")})
-        if (!file.empty())
-            if (const auto fits = check_place(file, option); !fits) return report_error(fits.error());
-    if (const char* data = std::getenv("TROCAR_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
-        request.options.data = data;
-    ProgressLine progress(true, ProgressLine::Elsewhere::ALineAMinute);
-    if (request.name == "all") return run_all(request, progress);
-    request.options.progress = [&](const std::string& what) { progress.show(what); };
-    auto table = bench->run(request.options);
-    progress.clear();
-    if (!table.ok()) return report_error(table.error());
-    table->quick = request.options.quick;
-    table->command = bench_command(bench->name, request.options);
-    fmt::print("{}", bench_text(*table));
-    WrittenOutputs outputs;
-    outputs.note(write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }));
-    outputs.note(show_in_docs(request.options.docs, bench->name, *table));
-    outputs.note(write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; }));
-    const std::size_t broken = count_broken(bench->name, *table);
-    return outputs.all_there() && broken > 0 ? kExitDiffers : outputs.tell({});
+/// The words of this process, as they were given.
+std::vector<std::string> read_command_line() {
+    std::ifstream file("/proc/self/cmdline", std::ios::binary); // it has no size before it is read
+    std::vector<std::string> words;
+    for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+    return words;
 }
 
 } // namespace
 
-Command add_bench_command(CLI::App& app) {
+int become_bench_program(const BenchRequest&) {
+    std::error_code failed;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "trocar-bench";
+    if (access(program.c_str(), X_OK) != 0)
+        return report_error({ErrorCode::MissingTool,
+                             fmt::format("the benches are a program of their own, and {} is not there; expected it beside trocar: `./start build` makes it",
+                                         program.string()),
+                             {}, 0, 0, "bench"});
+    std::vector<std::string> words = read_command_line();
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    execv(program.c_str(), pointers.data());
+    return report_error({ErrorCode::ToolFailed, fmt::format("{} could not be started: {}", program.string(), std::strerror(errno)), {}, 0, 0, "bench"});
+}
+
+Command add_bench_command(CLI::App& app, AnswerBench answer) {
     const auto request = std::make_shared<BenchRequest>();
     CLI::App* command = app.add_subcommand("bench", "Measure the papers' and the peers' tables here; no name: list them");
     command->add_option("name", request->name, "which table, or all");
-    command->add_option("--json", request->options.json, "write the rows to this file");
-    command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
+    command->add_option("--json", request->json, "write the rows to this file");
+    command->add_option("--page", request->page, "write a page with the table and its plots to this file");
     command
-        ->add_option("--docs", request->options.docs,
+        ->add_option("--docs", request->docs,
                      "folder of benchmarks.md: what is measured, not what is --given, is kept there, and the page's tables are written anew; without a name "
                      "only that")
         ->check(CLI::ExistingDirectory);
     command->add_option("--given", request->given,
                         "all: files that `bench NAME --json` wrote, taken as they are instead of measuring those");
-    command->add_option("--scene", request->options.scene, "scene for tables that run one");
-    command->add_option("--threads", request->options.threads, "threads; 0: one, then all")->check(CLI::Range(0u, 256u));
-    command->add_flag("--quick", request->options.quick, "a small part of the table");
-    command->add_flag("--large,--long", request->options.large,
+    command->add_option("--scene", request->scene, "scene for tables that run one");
+    command->add_option("--threads", request->threads, "threads; 0: one, then all")->check(CLI::Range(0u, 256u));
+    command->add_flag("--quick", request->quick, "a small part of the table");
+    command->add_flag("--large,--long", request->large,
                       "seed004: models of 320K to 502K triangles as well; hard-cases: ten minutes of simulated time as well");
-    return {command, [request] { return run_bench(*request); }};
+    return {command, [request, answer = std::move(answer)] { return request->name == "python" ? run_python(*request) : answer(*request); }};
 }
 
 } // namespace trocar::engine

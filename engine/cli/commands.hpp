@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/cli/bench_request.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -39,13 +40,14 @@ struct Command {
 [[nodiscard]] Command add_sweep_worker_command(CLI::App& app); // what a sweep runs on this machine or another
 [[nodiscard]] Command add_import_command(CLI::App& app);
 [[nodiscard]] Command add_prepare_command(CLI::App& app);
-[[nodiscard]] Command add_bench_command(CLI::App& app);
+[[nodiscard]] Command add_bench_command(CLI::App& app, AnswerBench answer);
 [[nodiscard]] Command add_ccd_command(CLI::App& app);
 [[nodiscard]] Command add_contacts_command(CLI::App& app);
 [[nodiscard]] Command add_docs_command(CLI::App& app); // `app` outlives it: the pages are about it
 
 /// Parses the command line and runs what it asks for.
-[[nodiscard]] int run_program(int argc, char** argv);
+/// answer_bench  `trocar bench`; here another program does
+[[nodiscard]] int run_program(int argc, char** argv, AnswerBench answer_bench = become_bench_program);
 
 /// Would the program take this command line? Nothing runs.
 /// words  without the program's name

@@ -34,6 +34,7 @@ constexpr Example kExamples[] = {
     {"episode", "episode assets/scenes/aortic_arch.json --policy advance --seed 3 --out out/arch"},
     {"score", "score out/episode --force-limit 0.5"},
     {"sweep", "sweep assets/sweeps/patients.json --out out/sweep --jobs 2 --collect table.csv"},
+    {"sweep-worker", "sweep-worker out/sweep --chunk 0"},
     {"import", "import vessel carotids.stl --unit mm --out carotids"},
     {"import vessel", "import vessel carotids.stl --unit mm --inlet 12,-4,0 --out carotids"},
     {"import segmentation", "import segmentation ct.seg.nrrd --label aorta --out aorta"},

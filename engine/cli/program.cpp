@@ -107,17 +107,18 @@ Result<void> check_command_line(std::vector<std::string> words) {
     return {};
 }
 
-int run_program(int argc, char** argv) {
+int run_program(int argc, char** argv, AnswerBench answer_bench) {
     CLI::App app{"Time-critical, interactive surgical simulation", "trocar"};
     app.set_version_flag("--version", build_text());
     app.require_subcommand(1);
     app.footer(
+        "Example: trocar run assets/scenes/u_bend.json -n 200 --out first\n\n"
         "Exit codes: 0 fine, 2 bad usage, bad input, or an output that cannot be written, 3 a state left its bounds, 4 budget missed, "
         "5 an answer differs from its reference (verify, --replay, ccd, score), "
         "130 interrupted.");
     const Command commands[] = {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
-        add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
+        add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app, std::move(answer_bench)),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),   add_devices_command(app),
         add_episode_command(app), add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app), add_import_command(app), add_film_command(app),
         add_docs_command(app),

@@ -55,8 +55,9 @@ void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepRe
     const std::string limit = budget.mode == BudgetMode::Wall ? fmt::format("budget {:.2f} of {:.4g} ms", report.ms.budget, 1e3 * budget.wall_s)
                                                               : fmt::format("contact {:.2f} ms", report.ms.budget);
     const double share = all > first_step_ ? static_cast<double>(done - first_step_) / static_cast<double>(all - first_step_) : 1.0;
-    show(fmt::format("step {} of {}  t {:.2f} s  {:.1f} ms  {}  inserted {:.0f} mm  {}{}{}", done, all, report.time_s, report.ms.total, limit,
-                     1e3 * report.insertion_m, report.exact_ran ? "exact" : "coarse", report.safe_fraction < 1.0 ? ", scaled" : "",
+    const std::string inserted = report.insertion_m > 0.0 ? fmt::format("inserted {:.0f} mm  ", 1e3 * report.insertion_m) : std::string();
+    show(fmt::format("step {} of {}  t {:.2f} s  took {:.1f} ms  {}  {}{}{}{}", done, all, report.time_s, report.ms.total, limit, inserted,
+                     report.exact_ran ? "exact" : "coarse", report.safe_fraction < 1.0 ? ", scaled" : "",
                      done < all ? remaining_text(now - first_step_ms_, share) : ""));
 }
 

@@ -41,6 +41,9 @@ Result<std::string> read_checked(const std::filesystem::path& file, const std::s
 }
 
 Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
+    std::error_code failed;
+    if (std::filesystem::is_directory(folder, failed) && !std::filesystem::exists(folder / "manifest.hash", failed))
+        return wrong(folder, "is no recorded episode: it has no manifest.hash; expected a folder that `record` of trocar.gym.Navigation wrote");
     const auto hash = read_file_bytes(folder / "manifest.hash");
     if (!hash.ok()) return hash.error();
     const auto text = read_checked(folder / "manifest.json", std::string(hash->begin(), hash->end()).substr(0, 16));

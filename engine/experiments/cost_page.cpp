@@ -83,7 +83,7 @@ std::string headline(const CostTable& table) {
     const auto worst = std::max_element(table.rows.begin(), own_end,
                                         [](const CostRow& a, const CostRow& b) { return a.trajectory.hausdorff < b.trajectory.hausdorff; });
     if (worst == own_end || !(worst->trajectory.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
-    return fmt::format("At {} a step the run diverges by up to {} mm from the exact one", worst->name(),
+    return fmt::format("Under {} a step the run diverges by up to {} mm from the exact run", worst->name(),
                        number_text(1e3 * worst->trajectory.hausdorff));
 }
 
@@ -106,21 +106,18 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
     for (std::size_t i = 0; i < table.patch_m.size(); ++i)
         patches += fmt::format("{}{} {} mm", i > 0 ? ", " : "", escape_html(scene.bodies[i].name), number_text(1e3 * table.patch_m[i]));
     return fmt::format(
-        "<h2>How it was measured</h2>\n<p>Contacts, depths, forces, surfaces and lists come from asking every budget in every step of the "
-        "exact run what it would have answered there, from the exact run's state. Surfaces (at {0} instants): an instrument where the "
-        "step ends, tissue one step later, which it takes from the state that the answer left. Depth errors are over the patches that "
-        "any of the compared answers takes for a contact in that step: the same for every budget. Distances between surfaces are from "
-        "each vertex to the nearest point of the other surface, both ways. Times, trajectories and tips come from a run under each budget "
-        "by itself, compared with the exact run at the same instants; the budget pays for {5}, and times are given for that and for the "
-        "whole step. A contact is a patch of a surface in a step: cells of {1}. Solids touch where their spheres "
-        "come within {2} mm, "
-        "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it. A "
-        "variant with other sphere trees than the scene's is compared with "
-        "the surfaces themselves: what the exact answer takes for contacts lies beneath its own leaves.</p>\n"
-        "<p class=\"soft\">The exact run's contact force is {3} N (root mean square over steps and bodies). {4} patches of solids were "
-        "found within the tolerance by a search that shares nothing with the contact stages; {6} of them lay beneath no contact of the "
-        "exact "
-        "descent, and in the others the spheres' depth was {7} mm from the surfaces' (root mean square).</p>\n",
+        "<h2>How it was measured</h2>\n<p><b>One step.</b> Contacts, depths, forces and surfaces: in every step of the exact run each budget answers "
+        "from the exact run's state. Surfaces are compared at {0} instants, an instrument's at the end of the step, tissue's one step later, when "
+        "the answer has moved it. Distances are from each vertex to the nearest point of the other surface, in both directions.</p>\n"
+        "<p><b>Runs.</b> Times, trajectories and tips: each budget makes a run of its own, which is compared with the exact run at the same instants. "
+        "The budget pays for {5}; times are given for that and for the whole step.</p>\n"
+        "<p><b>Contacts.</b> A contact is a patch of a surface in a step, a cell of {1}. Solids touch where their spheres come within {2} mm; pairs that "
+        "the budget left open count as contacts, as in the response. An instrument touches where the wall presses on it. Depth errors are over "
+        "all patches that any of the compared answers has as a contact in that step, the same for every budget. A variant with other sphere trees than "
+        "the scene's is compared with the surfaces themselves, since the exact answer refers to the leaves of its own tree.</p>\n"
+        "<p class=\"soft\">The exact run's contact force is {3} N (root mean square over steps and bodies). An independent search found {4} patches of "
+        "solids within the tolerance; {6} of them had no contact of the exact traversal, and in the others the spheres' depth differed from that of the "
+        "surfaces by {7} mm (root mean square).</p>\n",
         table.compared_states, patches, number_text(1e3 * table.tolerance_m), number_text(table.force_rms_n), table.near_patches,
         scope_text(scene.budget), table.near_uncovered, number_text(1e3 * table.near_depth_rms_m));
 }

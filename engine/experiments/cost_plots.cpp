@@ -105,12 +105,11 @@ std::string point_text(const CostTable& table, const CostRow& row, const ErrorPl
 
 constexpr ErrorPlot kErrorPlots[] = {
     {"error", "Error of a step against time",
-     "Root mean square distance of the surfaces from the exact run's, after a step from the same state and its answer's effect on the next",
+     "Root mean square distance of the surfaces from the exact run's, one step after the same state",
      &CostRow::surface},
     {"trajectory", "Divergence of the trajectory against time",
-     "Root mean square distance of the surfaces from the exact run's, each run by itself: trajectories that have parted need not come "
-     "nearer "
-     "as the budget grows",
+     "Root mean square distance of the surfaces from the exact run's, each run by itself. Runs that have diverged need not come nearer as the "
+     "budget grows",
      &CostRow::trajectory},
 };
 
@@ -126,11 +125,11 @@ Sketch sketch_error(const CostTable& table, const Scene& scene, const ErrorPlot&
     Sketch sketch;
     sketch.plot = {plot.id,
                    plot.title,
-                   fmt::format("{}. Over two medians: full dots, what the budget for {} was charged; rings, the whole step. The line joins "
-                               "the budgets that no other beats in both charge and error. What equals the exact run to the last "
-                               "bit stands at the tick 0.{}",
+                   fmt::format("{}. Horizontal: median time, charged to the budget for {} (full dots) and of the whole step (rings). The line joins "
+                               "budgets that no other budget beats in both. A run that equals the exact one to the last bit is drawn at "
+                               "the tick 0.{}",
                                plot.caption, scope_text(scene.budget),
-                               table.floor_ms > 0.0 ? fmt::format(" The floor, {} ms, is what a budget of nothing is charged where most touches.",
+                               table.floor_ms > 0.0 ? fmt::format(" The floor, {} ms, is the charge under a budget of 0 in the state with most contacts.",
                                                                   number_text(table.floor_ms))
                                                     : ""),
                    {}};
@@ -161,7 +160,7 @@ Sketch sketch_contacts(std::size_t rows) {
     Sketch sketch;
     sketch.plot = {"contacts",
                    "Contacts against the exact answer",
-                   "Patches in contact, summed over the steps: those that the exact answer has and this one has not, and the reverse.",
+                   "Patches in contact, summed over the steps. Missed: only in the exact answer; false: only in the budget's answer.",
                    {}};
     sketch.commands = "set ylabel 'patches in contact' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\nset "
                       "style data histogram\n"
@@ -227,11 +226,11 @@ std::string cost_plots(const Scene& scene, CostTable& table) {
                                              "Where a run equals the exact one to the last bit there is no line.",
                                              {}},
                                             4, "distance [mm]", true));
-    const char* slowest = "Where several steps share a point, the slowest.";
+    const char* slowest = "Where several steps share a point, the slowest is drawn.";
     sketches.push_back(sketch_over_time(
         table, {"charged", fmt::format("Time charged to the budget: {}", scope_text(scene.budget)), slowest, {}}, 6, "charged time of a step [ms]", true));
     sketches.push_back(sketch_over_time(
-        table, {"times", "Time of the whole step", fmt::format("Whatever the budget is for. {}", slowest), {}}, 5, "time of a step [ms]", true));
+        table, {"times", "Time of the whole step", fmt::format("All of a step, whether charged to the budget or not. {}", slowest), {}}, 5, "time of a step [ms]", true));
     const auto plots = draw_plots(sketches, plot_files(table));
     if (!plots) {
         table.notices.push_back("no plots: " + plots.error().to_string());

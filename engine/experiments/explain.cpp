@@ -154,8 +154,10 @@ double tell_cost(const Scene& scene, const PreparedScene& prepared, const Progre
     const std::uint64_t steps = std::min(kTrialSteps, model.step_count);
     progress("trying the first steps");
     Trial first = try_steps(model, {}, 0, steps, kTrialTime);
-    text += fmt::format("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
-               1e3 * scene.time.step, model.step_count, first.last.substeps, 1e3 * first.last.stable_step_s);
+    const std::string substeps = first.last.substeps == 0 ? std::string("no tissue")
+                                                          : fmt::format("{} sub-steps of the tissue (stable step {:.3g} ms)", first.last.substeps,
+                                                                        1e3 * first.last.stable_step_s);
+    text += fmt::format("\ntime and cost\n  step            {:g} ms, {} steps, {}\n", 1e3 * scene.time.step, model.step_count, substeps);
     text += fmt::format("  budget          {} per step over {}\n", scene.budget.to_string(),
                model.budget_covers_step ? "the whole step" : "collision");
     if (!first.last.finite) text += fmt::format("  trial           stopped: {}\n", first.last.failure);

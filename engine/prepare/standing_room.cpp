@@ -132,8 +132,8 @@ std::vector<std::string> note_target(const Scene& scene, const SceneInstrument& 
                                     name, 1e3 * tolerance, lumen.name));
     else if (tolerance > wide)
         notes.push_back(
-            fmt::format("{}: the tolerance of {:.3g} mm is wider than the lumen there, {:.3g} mm from its middle: a tip that has "
-                        "not come that far, or is in a branch beside it, counts as arrived; expected instruments.{}.follow."
+            fmt::format("{}: the tolerance of {:.3g} mm is wider than the lumen there (radius {:.3g} mm): a tip that is "
+                        "short of the target, or in a branch beside it, counts as arrived; expected instruments.{}.follow."
                         "tolerance of {:.3g} mm or less",
                         name, 1e3 * tolerance, 1e3 * wide, spec.name, 1e3 * wide));
     return notes;

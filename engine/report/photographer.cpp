@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace trocar::engine {
 
@@ -42,9 +43,14 @@ void Photographer::take_due(const Moment& moment, double time, std::vector<std::
 }
 
 void Photographer::take_rest(const Moment& moment, double time, std::vector<std::string>& notices) {
+    const auto is_taken = [&](PictureView view) { // of this very moment
+        return std::any_of(taken_.begin(), taken_.end(), [&](const auto& taken) { return taken.view == view && std::abs(taken.time - time) <= tolerance_; });
+    };
     std::vector<PictureView> views;
-    for (; next_ < wanted_.size(); ++next_)
-        if (std::find(views.begin(), views.end(), wanted_[next_].view) == views.end()) views.push_back(wanted_[next_].view);
+    for (; next_ < wanted_.size(); ++next_) {
+        const PictureView view = wanted_[next_].view;
+        if (std::find(views.begin(), views.end(), view) == views.end() && !is_taken(view)) views.push_back(view);
+    }
     for (const PictureView view : views) take(view, moment, time, notices);
 }
 

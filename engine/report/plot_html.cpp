@@ -50,8 +50,8 @@ std::string plots_html(std::span<const Plot> plots) {
                                       escape_html(file.columns), in_script(file.text));
         }
         fmt::format_to(out,
-                       "<figure data-plot=\"{0}\" data-files=\"{1}\"><h3>{2}</h3><div role=\"img\" aria-label=\"{2}\">{3}</div><figcaption>{4} "
-                       "<span class=\"save\">save <button onclick=\"saveSvg(this)\">SVG</button>{5}</span></figcaption></figure>\n",
+                       "<figure data-plot=\"{0}\" data-files=\"{1}\"><h3>{2}</h3><div role=\"img\" aria-label=\"{2}\">{3}</div><figcaption>{4}"
+                       "<span class=\"save\">Save as <button onclick=\"saveSvg(this)\">SVG</button>{5}</span></figcaption></figure>\n",
                        escape_html(plot.name), escape_html(files), escape_html(plot.title), plot.svg, escape_html(plot.caption),
                        files.empty() ? "" : " <button onclick=\"saveCsv(this)\">CSV</button>");
     }

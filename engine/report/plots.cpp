@@ -74,6 +74,7 @@ Sketch sketch_times(const RunRecord& record) {
                         1e3 * budget.limits.wall_s);
     const double floor = record.summary.floor_ms;
     if (wall && floor > 0.0) {
+        sketch.commands += "set key maxrows 2\nset key at graph 0, 1.25\nset tmargin 3.4\n"; // four names above the plot
         sketch.plot.caption += fmt::format(" The floor, {} ms, is what a step from the run's end takes under a budget of nothing.", number_text(floor));
         sketch.commands += fmt::format("floor_ms = {:.6g}\n", floor);
     }

@@ -8,6 +8,7 @@ inline constexpr const char* kReportStyle = R"css(
 *{box-sizing:border-box}
 html{-webkit-text-size-adjust:100%}
 body{margin:0;background:#fff;color:var(--ink);font:16px/1.55 -apple-system,BlinkMacSystemFont,"Segoe UI",Inter,Roboto,"Helvetica Neue",Arial,sans-serif;font-weight:400}
+main.broad{max-width:1500px}
 main{max-width:1140px;margin:0 auto;padding:40px 28px 64px}
 h1{font-weight:300;font-size:clamp(26px,4.4vw,42px);line-height:1.16;letter-spacing:-.018em;margin:2px 0 10px}
 h2{font-weight:500;font-size:20px;letter-spacing:-.01em;margin:56px 0 14px}
@@ -27,7 +28,9 @@ table{border-collapse:collapse;width:100%;font-size:15px;font-variant-numeric:ta
 th{font-weight:500;text-align:left;color:var(--soft);font-size:13px;padding:6px 14px 6px 0;border-bottom:1px solid var(--line);vertical-align:bottom}
 td{padding:8px 14px 8px 0;border-bottom:1px solid #f0f1f3;vertical-align:top}
 td.n,th.n{text-align:right;white-space:nowrap}th.wrap{white-space:normal}
+.many{font-size:13px}.many th{font-size:12px}.many td,.many th{padding-right:8px}
 .scroll{overflow-x:auto;-webkit-overflow-scrolling:touch}.scroll table{min-width:720px}
+.verdict-word{white-space:nowrap}
 .dot{display:inline-block;width:9px;height:9px;border-radius:50%;background:var(--good);margin-right:10px;vertical-align:1px}
 .dot.note{background:#e0a23c}.dot.bad{background:var(--bad)}
 .losses td:first-child{white-space:nowrap;width:16em}
@@ -39,7 +42,8 @@ figure svg{border:0;border-radius:0}
 figure svg text{font-family:inherit!important}
 figcaption{margin-top:8px}
 .grid{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:28px 28px}
-.save{white-space:nowrap}.save button{font:inherit;font-size:13px;color:var(--blue);background:none;border:0;padding:0 2px;cursor:pointer;text-decoration:underline}
+.lead+.plots{margin-top:30px}
+.save{display:block;white-space:nowrap}.save button{font:inherit;font-size:13px;color:var(--blue);background:none;border:0;padding:0 2px;cursor:pointer;text-decoration:underline}
 @media print{.save{display:none}}
 .wide{grid-column:1/-1}
 .bars td{border:0;padding:5px 14px 5px 0;vertical-align:middle}

@@ -154,7 +154,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("left_pairs", "", "Pairs of solids, and of their leaves, that the budget left to their spheres.", row.r.left_pairs),
     TROCAR_COLUMN("carried_places", "", "Places that pressed there in the step before and are kept as they were, of solids, or that keep the planes of an earlier step, of instruments.", row.r.carried_places),
     TROCAR_COLUMN("exchange_gap_n", "N", "What instruments push their walls with at the step's end less what the tissue felt of it then, sum over instruments; 0: both agree.", row.r.exchange_gap_n),
-    TROCAR_COLUMN("carried_instruments", "", "Instruments that ended where they had looked ahead to: no time for planes of all places and a solve between them.", row.r.carried_instruments),
+    TROCAR_COLUMN("carried_instruments", "", "Instruments that ended at their predicted positions: no time to find the walls' planes at all places and to solve between them.", row.r.carried_instruments),
 };
 #undef TROCAR_COLUMN
 

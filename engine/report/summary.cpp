@@ -192,7 +192,7 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
                        r.statistics.floor_steps),
     TROCAR_SUMMARY_KEY("floor_ms", "ms", "What the budget's scope takes of a step under a budget of nothing.",
                        where(r.summary.floor_ms >= 0.0, r.summary.floor_ms)),
-    TROCAR_SUMMARY_KEY("carried_instrument_steps", "", "Steps in which the budget left an instrument where it had looked ahead to, between planes that are up to two steps old.",
+    TROCAR_SUMMARY_KEY("carried_instrument_steps", "", "Steps in which the budget left an instrument at its predicted position, bounded by planes that are up to two steps old.",
                        of_instruments(r, r.statistics.carried_steps)),
     TROCAR_SUMMARY_KEY("steps_with_open_pairs", "", "Steps whose traversal the budget ended.", r.statistics.open_steps),
     TROCAR_SUMMARY_KEY("coarsest_level", "", "Coarsest level at which one of them ended.", r.statistics.coarsest_level),

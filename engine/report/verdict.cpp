@@ -115,12 +115,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    Mark::Note, "They were held where their spheres meet (held_pairs, carried_places in steps.csv)."));
     if (t.carried_steps > 0)
         losses.push_back(make_loss("Instruments between walls of earlier steps", t.carried_steps, fmt::format("in {}", of_steps(t.carried_steps, record)),
-                                   Mark::Note, "There was no time for planes of all places and a solve between them: the rods ended where they looked ahead "
-                                   "to, between planes that are up to two steps old (carried_instruments, carried_places in steps.csv)."));
+                                   Mark::Note, "There was no time to find the walls' planes at all places and to solve the rods between them: the rods ended at their predicted "
+                                   "positions, bounded by planes that are up to two steps old (carried_instruments, carried_places in steps.csv)."));
     if (effects.coarse_contact && t.unconverged_solves > 0)
         losses.push_back(make_loss("Contact solves that ended at their bound", t.unconverged_steps,
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
-                                   "Both bodies felt the same impulses, momentum is kept; what was left to change is contact_residual_n in "
+                                   "Both bodies got the same impulses, so momentum is conserved; the residual is contact_residual_n in "
                                    "steps.csv."));
     if (t.slowed_steps > 0)
         losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,

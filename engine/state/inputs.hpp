@@ -31,7 +31,7 @@ private:
     std::array<double, kMostEffects> share_; // as registered_effects()
 };
 
-/// A scene knows nothing of it: only the same inputs at the same steps repeat such a run.
+/// It is no part of the scene: only the same inputs at the same steps repeat such a run.
 struct Inputs {
     /// [instrument_count], or empty: nobody drives. In place of an instrument's script; it moves as fast as the instrument's limits allow,
     /// towards any finite place.

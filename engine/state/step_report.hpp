@@ -88,7 +88,7 @@ struct StepReport {
     std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
     std::uint64_t left_pairs = 0;    // pairs of solids, and of leaves of theirs, whose surfaces the budget left: held by their spheres
     std::uint64_t carried_places = 0; // places that pressed there, of solids, or have planes, of instruments, and go on with what was found before
-    unsigned carried_instruments = 0; // that ended where they had looked ahead to: no time for planes of all places and a solve between them
+    unsigned carried_instruments = 0; // that ended at their predicted positions: no time to find the walls' planes at all places and to solve between them
     std::uint64_t probe_tests = 0;   // closest-point queries that stood in for sphere pairs which the budget left open
     std::uint64_t passed_places = 0; // vertices beyond the middle of a solid body, or through it: pushed back to where they came from
     /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch

@@ -21,7 +21,7 @@ try:
     from gymnasium.vector import AutoresetMode
     from gymnasium.vector.utils import batch_space
 except ImportError as error:
-    raise ImportError("trocar.gym needs Gymnasium 1.1 or later, which is not installed here; everything else of trocar works without it "
+    raise ImportError("trocar.gym needs Gymnasium 1.1 or later, which is not installed here (pip install gymnasium); everything else of trocar works without it "
                       "(trocar.environments has the same environments)") from error
 
 from ._recording import Recording

@@ -106,6 +106,7 @@ BANNED = {
     r"memory of springs": "warm start",
     r"whole numbers\b": "integers",
     r"\blooked at\b|\blook at candidates\b": "tested",
+    r"looks? ahead|looked ahead": "prediction; predicted position",
     r"whole search|how deep it lies|goes along with": "broad phase; penetration depth; coaxial inner device",
 }
 

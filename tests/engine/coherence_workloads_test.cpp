@@ -1,8 +1,8 @@
 // Every switch of coherence and cones that is called exact, on and off, on the sequences that contacts are measured on: a catheter in its
 // artery, cloth that folds until its layers press on each other, two frames of a cloth on a ball. What the heuristic ones lose is shown.
 #include "collision/proximity/proximity_search.hpp"
-#include "bench/coherence_comparison.hpp"
 #include "bench/contact_workloads.hpp"
+#include "engine/experiments/coherence_comparison.hpp"
 #include "engine/io/read_surface.hpp"
 #include "tests/made/surfaces.hpp"
 

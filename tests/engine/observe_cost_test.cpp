@@ -336,7 +336,7 @@ TEST(Cost, TableHasTheContractsColumnsAndItsPageStandsAlone) {
     EXPECT_EQ(page.find("src=\"http"), std::string::npos);
     const bool plots = page.find("<svg") != std::string::npos;
     EXPECT_TRUE(plots || !table.notices.empty()) << "plots, or a notice that says why not";
-    for (const char* time : {"Time charged to the budget: contact", "Time of the whole step", "rings, the whole step"})
+    for (const char* time : {"Time charged to the budget: contact", "Time of the whole step", "of the whole step (rings)"})
         EXPECT_TRUE(!plots || page.find(time) != std::string::npos) << time;
     for (const CostRow& row : table.rows)
         for (const CostPoint& point : row.curve) {

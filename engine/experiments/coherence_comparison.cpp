@@ -1,4 +1,4 @@
-#include "bench/coherence_comparison.hpp"
+#include "engine/experiments/coherence_comparison.hpp"
 
 #include "collision/search/contact_search.hpp"
 #include "engine/time/clock.hpp"
