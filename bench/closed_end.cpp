@@ -48,7 +48,10 @@ Held hold(const ClosedEnd& scene) {
     for (int k = 0; k < count; ++k) {
         const StepReport& report = simulator.step();
         held.finite = report.finite;
-        if (!report.finite) return held;
+        if (!report.finite) {
+            held.mean = held.tip = std::numeric_limits<double>::quiet_NaN(); // holds no law
+            return held;
+        }
         held.highest = std::max(held.highest, report.handle_force_n);
         held.unsettled += report.unsettled_rods;
         held.corrections += report.corrections;

@@ -84,7 +84,6 @@ void change_motion(const GivingBody& body) noexcept {
 void ContactSolver::reserve(std::size_t rows, std::size_t bodies) {
     watches_.reserve(rows);
     near_.reserve(rows);
-    near_before_.reserve(rows);
     speeds_.reserve(bodies);
 }
 
@@ -109,7 +108,7 @@ ContactSolver::Watch ContactSolver::watch(const ContactRow& row) noexcept {
 void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) {
     rows_ = rows;
     bodies_ = bodies;
-    most_ = kMostIterations;
+    most_rows_ = std::numeric_limits<std::uint64_t>::max();
     wholes_ = 0;
     watches_.clear();
     near_.clear();
@@ -153,6 +152,7 @@ void ContactSolver::list_near(double h) noexcept {
     for (Index k = 0; k < watches_.size(); ++k) {
         Watch& watch = watches_[k];
         const bool was_near = watch.near;
+        watch.begun = was_near;
         watch.near = watch.whole || watch.presses || !(watch.clear + h * least_rate(watch) > 0.0);
         if (watch.near) near_.push_back(k);
         if (was_near && !watch.near) rows_[k].mobility = 0.0;
@@ -260,7 +260,7 @@ double ContactSolver::relax(ContactRow& row) const noexcept {
 /// done   iterations of the sub-step so far
 ContactSolve ContactSolver::iterate(unsigned done) noexcept {
     ContactSolve solve{.iterations = done, .converged = false};
-    const unsigned limit = std::max(most_, done + kLeastIterations);
+    const unsigned limit = std::max(most_iterations(), done + kLeastIterations);
     double before = 0.0; // J, what the pass before changed; 0: none that this one could go on from
     for (bool all = true;;) {
         double largest = 0.0, fastest = 0.0, most = 0.0, changed = 0.0;
@@ -277,6 +277,7 @@ ContactSolve ContactSolver::iterate(unsigned done) noexcept {
             row.active = !row.impulse.isZero(0.0);
         }
         ++solve.iterations;
+        solve.relaxed += near_.size();
         solve.residual = largest;
         const double tolerance = solve.iterations < kLate ? kTolerance : kLateTolerance;
         const bool rests = !(largest > tolerance * most) || fastest < kStill;
@@ -340,9 +341,15 @@ void ContactSolver::observe() noexcept {
     }
 }
 
-void ContactSolver::start() const noexcept {
+/// Gives so much of the rows' impulses to the bodies.
+void ContactSolver::start(double share) const noexcept {
     for (const Index k : near_)
-        if (rows_[k].mobility > 0.0) push(rows_[k], rows_[k].impulse);
+        if (rows_[k].mobility > 0.0) push(rows_[k], share * rows_[k].impulse);
+}
+
+unsigned ContactSolver::most_iterations() const noexcept {
+    const std::uint64_t rows = most_rows_ - std::min<std::uint64_t>(most_rows_, rows_.size());
+    return static_cast<unsigned>(std::clamp<std::uint64_t>(rows / std::max<std::size_t>(1, near_.size()), kLeastIterations, kMostIterations));
 }
 
 /// The wholes among the rows, their mean motion alone.
@@ -398,20 +405,23 @@ double ContactSolver::hold_whole(ContactRow& row, double h) const noexcept {
     return change.norm() * mobility;
 }
 
-/// Where it acts in this sub-step, and what speed it asks for.
-/// is_new   no sub-step before solved it: its speed before this one is what it is now
-void ContactSolver::prepare_row(Index k, double h, double fastest, bool is_new) noexcept {
-    ContactRow& row = rows_[k];
-    place(row);
-    row.kicked = velocity(row);
-    if (is_new) row.before = row.kicked;
-    row.target = row.now > 0.0 ? -row.now / h : std::min({row.recovery, -row.now / h, fastest});
-    if (!(row.mobility > 0.0)) row.impulse.setZero();
-    row.active = false;
+/// Where those near act in this sub-step, and what speed they ask for; wholes are held first. Their impulses are given to no body yet.
+void ContactSolver::prepare_rows(double h, double fastest) noexcept {
+    for (const Index k : near_) {
+        ContactRow& row = rows_[k];
+        if (row.is_whole()) continue;
+        place(row);
+        if (!watches_[k].begun) row.before = velocity(row);
+        row.kicked = velocity(row);
+        row.target = row.now > 0.0 ? -row.now / h : std::min({row.recovery, -row.now / h, fastest});
+        row.active = false;
+        if (!(row.mobility > 0.0)) row.impulse.setZero();
+    }
 }
 
-/// Rows that the velocities which the solve came to take together after all. False: none.
-bool ContactSolver::add_passed(double time, double h) noexcept {
+/// Rows that the velocities which the solve came to take together after all: they are solved with the others, from the impulses that those came
+/// to. False: none, and the speeds are those that the bodies have now.
+bool ContactSolver::add_passed(double time, double h, double fastest) noexcept {
     find_speeds();
     bool any = false;
     for (Index k = 0; k < watches_.size(); ++k) {
@@ -419,17 +429,18 @@ bool ContactSolver::add_passed(double time, double h) noexcept {
         if (watch.near || watch.clear + h * least_rate(watch) > 0.0) continue;
         watch.near = any = true;
         rows_[k].now = gap_at(rows_[k], time);
-        prepare_row(k, h, kCreep, true);
     }
     if (!any) return false;
+    start(-1.0);
     near_.clear();
     for (Index k = 0; k < watches_.size(); ++k)
         if (watches_[k].near) near_.push_back(k);
+    prepare_rows(h, fastest);
+    start();
     return true;
 }
 
 ContactSolve ContactSolver::approach(double time, double h, double ratio, double spare) noexcept {
-    std::swap(near_, near_before_);
     list_near(h);
     double wanted = 0.0; // J, at most, that pushing out gives
     for (const Index k : near_) {
@@ -440,19 +451,22 @@ ContactSolve ContactSolver::approach(double time, double h, double ratio, double
         if (row.now < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
     }
     const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
-    auto before = near_before_.begin();
-    for (const Index k : near_) {
-        while (before != near_before_.end() && *before < k) ++before;
-        if (!watches_[k].whole) prepare_row(k, h, fastest, before == near_before_.end() || *before != k);
-    }
     hold_wholes(h);
-    if (wholes_ > 0)
-        for (const Index k : near_)
-            if (!watches_[k].whole) rows_[k].kicked = velocity(rows_[k]);
+    prepare_rows(h, fastest);
     start();
     ContactSolve solve = iterate(0);
-    for (unsigned round = 0; round < kMostRounds && add_passed(time, h); ++round) solve = iterate(solve.iterations);
-    if (!solve.converged) give_no_more(std::max(0.0, spare));
+    solve.relaxed += rows_.size();
+    bool passed = add_passed(time, h, fastest);
+    for (unsigned round = 1; passed && round < kMostRounds; ++round) {
+        const ContactSolve again = iterate(solve.iterations);
+        solve = {.iterations = again.iterations, .relaxed = solve.relaxed + again.relaxed, .converged = again.converged, .residual = again.residual};
+        passed = add_passed(time, h, fastest);
+    }
+    solve.converged = solve.converged && !passed;
+    if (!solve.converged) {
+        give_no_more(std::max(0.0, spare));
+        find_speeds();
+    }
     for (Index k = 0; k < watches_.size(); ++k) {
         Watch& watch = watches_[k];
         if (watch.near) watch.clear = rows_[k].now;
@@ -474,6 +488,7 @@ ContactSolve ContactSolver::settle(double time) noexcept {
         row.last = row.impulse;
         row.impulse *= 0.5;
         place(row);
+        if (!watches_[k].begun) row.before = velocity(row);
         if (!presses || !(row.mobility > 0.0)) {
             row.mobility = 0.0;
             row.impulse.setZero();
@@ -482,7 +497,9 @@ ContactSolve ContactSolver::settle(double time) noexcept {
         row.target = 0.0;
     }
     start();
-    return note_work(iterate(0));
+    ContactSolve solve = iterate(0);
+    solve.relaxed += rows_.size();
+    return note_work(solve);
 }
 
 } // namespace trocar::engine

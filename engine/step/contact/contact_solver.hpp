@@ -83,7 +83,9 @@ struct ContactRow {
     Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
     Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
     Vec3 sum = Vec3::Zero();     // N s, on a, of the step
-    Vec3 before = Vec3::Zero();  // m/s, of a against b after the last sub-step: before the kick and the impulses of this one
+    /// m/s, of a against b after the last sub-step: before the kick and the impulses of this one; of a row that this one is the first to solve,
+    /// after the kick
+    Vec3 before = Vec3::Zero();
 
     /// What a node moves by an impulse, and what its motion is of the relative velocity.
     struct Entry {
@@ -107,6 +109,7 @@ struct ContactRow {
 
 struct ContactSolve {
     unsigned iterations = 0;
+    std::uint64_t relaxed = 0; // rows times iterations, and every row once: all of them are looked over
     bool converged = true;
     double residual = 0.0; // N s, what the worst place still wants
     double work = 0.0;     // J, what the bodies' kinetic energy has changed by
@@ -135,8 +138,9 @@ public:
     ContactSolve settle(double time) noexcept;
 
     static constexpr unsigned kLeastIterations = 4, kMostIterations = 40;
-    /// Of each solve from now on. One that ends there says what it left.
-    void limit_iterations(std::uint64_t most) noexcept { most_ = static_cast<unsigned>(std::clamp<std::uint64_t>(most, kLeastIterations, kMostIterations)); }
+    /// Rows times iterations that each solve from now on may take (`relaxed`), if they are enough for the least number of iterations. One that ends
+    /// there says what it left.
+    void limit_rows(std::uint64_t most) noexcept { most_rows_ = most; }
 
 private:
     /// What tells from afar whether a row's sides may meet.
@@ -147,6 +151,7 @@ private:
         double blend[2] = {};                                 // [-] of each side
         std::uint32_t slot[2] = {ContactSide::kNone, ContactSide::kNone};
         bool presses = false, near = false, whole = false;
+        bool begun = false; // `before` of its row is that of this sub-step's start
     };
     /// Velocities of a body's nodes: all within `apart` of `mean`, m/s.
     struct Speeds {
@@ -158,8 +163,9 @@ private:
     void find_speeds() noexcept;
     [[nodiscard]] double least_rate(const Watch& watch) const noexcept;
     void list_near(double h) noexcept;
-    [[nodiscard]] bool add_passed(double time, double h) noexcept;
-    void prepare_row(Index k, double h, double fastest, bool is_new) noexcept;
+    [[nodiscard]] bool add_passed(double time, double h, double fastest) noexcept;
+    [[nodiscard]] unsigned most_iterations() const noexcept;
+    void prepare_rows(double h, double fastest) noexcept;
     void give_no_more(double most) noexcept;
     ContactSolve note_work(ContactSolve solve) noexcept;
     static void number_entries(ContactRow& row) noexcept;
@@ -170,15 +176,15 @@ private:
     [[nodiscard]] double relax(ContactRow& row) const noexcept;
     void hold_wholes(double h) const noexcept;
     [[nodiscard]] double hold_whole(ContactRow& row, double h) const noexcept;
-    void start() const noexcept;
+    void start(double share = 1.0) const noexcept;
     ContactSolve iterate(unsigned done) noexcept;
 
     std::span<ContactRow> rows_;
     std::span<GivingBody> bodies_;
     std::vector<Watch> watches_;  // [rows]
-    std::vector<Index> near_, near_before_; // rows that the sub-step in hand solves, ascending; those of the one before
+    std::vector<Index> near_;     // rows that the sub-step in hand solves, ascending
     std::vector<Speeds> speeds_;  // [bodies]
-    unsigned most_ = kMostIterations;
+    std::uint64_t most_rows_ = std::numeric_limits<std::uint64_t>::max();
     std::size_t wholes_ = 0;
 };
 

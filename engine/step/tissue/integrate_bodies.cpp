@@ -156,12 +156,12 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
         const double substeps_left = arrived ? 1.0 : 1.0 + std::ceil(left / h);
         const std::uint64_t places = std::max<std::uint64_t>(1, contact.solved.size());
-        islands.solver.limit_iterations(s.rows.left() / (places * static_cast<std::uint64_t>(substeps_left)));
+        islands.solver.limit_rows(s.rows.left() / static_cast<std::uint64_t>(substeps_left));
         s.budget.begin_rows(places, islands.solver.holds_wholes());
         const ContactSolve solve =
             arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
-        s.budget.end_rows(places * solve.iterations);
-        (void)s.rows.spend(std::min(s.rows.left(), places * solve.iterations));
+        s.budget.end_rows(solve.relaxed);
+        (void)s.rows.spend(std::min(s.rows.left(), solve.relaxed));
         trust = solve.converged ? 1.0 : kDistrust;
         s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
         s.report.contact_iterations += solve.iterations;
