@@ -96,6 +96,17 @@ Result<void> take_labels(const BesideTets& beside, const std::string& region_arr
     return {};
 }
 
+/// The tetrahedra with their cell arrays. Where those cannot be read, and none is named, without them: then a note says why.
+Result<TetMesh> read_organ_tets(const std::filesystem::path& file, const std::string& region_array, BesideTets& beside, std::string& note) {
+    beside.with_arrays = true;
+    Result<TetMesh> tets = read_tets(file, &beside);
+    if (tets.ok() || !region_array.empty()) return tets;
+    beside.with_arrays = false;
+    Result<TetMesh> plain = read_tets(file, &beside);
+    if (plain.ok()) note = fmt::format("the cell arrays are left out, since they cannot be read: {}", tets.error().to_string());
+    return plain;
+}
+
 /// Names as keys of a scene: letters, digits, - and _, each once.
 void name_regions(std::vector<RegionSummary>& regions) {
     for (std::size_t k = 0; k < regions.size(); ++k) {
@@ -132,10 +143,10 @@ Result<OrganInput> read_organ(const std::filesystem::path& file, const std::stri
     constexpr std::array kVolumes{".msh", ".vtu", ".mesh", ".node", ".ele", ".veg"};
     const bool volume = std::find(kVolumes.begin(), kVolumes.end(), extension) != kVolumes.end();
     OrganInput input;
+    std::string no_tets; // why a .vtk file gives none
     if (volume || extension == ".vtk") {
         BesideTets beside;
-        beside.with_arrays = true;
-        Result<TetMesh> tets = read_tets(file, &beside);
+        Result<TetMesh> tets = read_organ_tets(file, region_array, beside, input.labels_note);
         if (tets.ok()) {
             if (const Result<void> labels = take_labels(beside, region_array, input); !labels.ok()) return labels.error();
             input.split = describe_split(beside.split);
@@ -145,12 +156,17 @@ Result<OrganInput> read_organ(const std::filesystem::path& file, const std::stri
             input.tets = std::move(*tets);
             return input;
         }
-        if (volume) return tets.error();
+        if (volume || !region_array.empty()) return tets.error();
+        no_tets = tets.error().message;
     }
     ReadOptions reading;
     reading.weld = true;
     Result<TriMesh> surface = read_surface(file, reading);
-    if (!surface.ok()) return surface.error();
+    if (!surface.ok()) {
+        Error error = surface.error();
+        if (!no_tets.empty() && no_tets != error.message) error.message += "; as tetrahedra: " + no_tets;
+        return error;
+    }
     input.surface = std::move(*surface);
     if (!region_array.empty())
         return Error{ErrorCode::BadValue, fmt::format("found the array \"{:.60}\" for a surface, which has no regions; expected a file of tetrahedra, or it left out", region_array)};

@@ -19,6 +19,7 @@
 namespace trocar::engine::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using CellArrays = trocar::FolderTest;
 using Names = std::map<std::int64_t, std::string>;
@@ -258,6 +259,40 @@ TEST_F(CellArrays, ThatAreDamagedAreRefusedWhereTheyAreAskedForAndDoNoHarmElsewh
     EXPECT_FALSE(find_tet_labels(beside).ok()) << "a number for each cell is no region";
     ASSERT_TRUE(read_tets(folder / "two.vtu", &beside).ok());
     EXPECT_THAT(find_tet_labels(beside, "othre").error().message, HasSubstr("nearest known cell array: \"other\""));
+}
+
+/// A file's fields are of no use to an organ without them: they must not keep its tetrahedra from being read.
+TEST_F(CellArrays, ThatCannotBeReadAreLeftOutOfAnOrganWithANoteUnlessOneIsNamed) {
+    const auto with = [](std::string text, const std::string& from, const std::string& to) { return text.replace(text.find(from), from.size(), to); };
+    struct Case {
+        const char* name;
+        std::string text, message;
+    };
+    const std::vector<Case> cases{
+        {"string.vtk", vtk(kScalars + "FIELD FieldData 1\nnames 1 3 string\na b c\n"), ":26: type 'string' is not read"},
+        {"bit.vtk", vtk(kScalars + "SCALARS wall bit\nLOOKUP_TABLE default\n1 0 0\n"), "type 'bit' is not read"},
+        {"table.vtk", vtk("CELL_DATA 3\nSCALARS part int 1\n99 3 7\n"), "LOOKUP_TABLE should stand here"},
+        {"kind.vtk", vtk("CELL_DATA 3\nNONSENSE part int\n1 2 3\n"), "'NONSENSE' is no array"},
+        {"word.vtu", vtu(array_of("region", "Int32", "3 seven")), "'seven' is not a number"},
+        {"entities.msh", with(msh4(), "42 0 0 -20", "tumour 0 0 -20"), "'tumour' is not an integer where the entity's tag should stand"},
+        {"names.msh", with(msh4(), "$PhysicalNames\n2", "$PhysicalNames\n4000000000000"), "but only"},
+        {"set.veg", veg("*SET a\n1, 2, 3\n*REGION\na, X\n"), "the set a names the element '3', which is not given"},
+    };
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.name);
+        const Result<OrganInput> input = read_organ(write(c.name, c.text));
+        ASSERT_TRUE(input.ok()) << input.error().to_string();
+        ASSERT_TRUE(input->tets.has_value()) << "its surface was read instead";
+        EXPECT_EQ(input->tets->tets.size(), 2u);
+        EXPECT_TRUE(input->labels.of_tet.empty());
+        EXPECT_THAT(input->labels_note, AllOf(HasSubstr("the cell arrays are left out"), HasSubstr(c.name), HasSubstr(c.message)));
+        const Result<OrganInput> named = read_organ(folder / c.name, "part");
+        ASSERT_FALSE(named.ok());
+        EXPECT_THAT(named.error().to_string(), AllOf(HasSubstr(c.name), HasSubstr(c.message)));
+    }
+    const std::string three = "# vtk DataFile Version 3.0\none\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0 1 0 0 0 1 0\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n10\n";
+    EXPECT_THAT(read_organ(write("three.vtk", three)).error().to_string(), HasSubstr("as tetrahedra: cell 0 of type 10 has 3 corners, expected 4"));
+    EXPECT_THAT(read_organ(folder / "three.vtk", "part").error().to_string(), HasSubstr("three.vtk: cell 0 of type 10 has 3 corners, expected 4"));
 }
 
 /// Damage anywhere: an error, or a mesh whose labels fit it.
