@@ -295,6 +295,18 @@ TEST_F(CellArrays, ThatCannotBeReadAreLeftOutOfAnOrganWithANoteUnlessOneIsNamed)
     EXPECT_THAT(read_organ(folder / "three.vtk", "part").error().to_string(), HasSubstr("three.vtk: cell 0 of type 10 has 3 corners, expected 4"));
 }
 
+TEST_F(CellArrays, TakeTheSizeOfAGmshGroupWhateverItsSign) {
+    for (const auto& [group, size] : {std::pair("-3", 3.0), std::pair("-9223372036854775808", 9223372036854775808.0)}) {
+        BesideTets beside;
+        beside.with_arrays = true;
+        const Result<TetMesh> mesh = read_tets(write("a.msh", "$NOD\n5\n" + rows_of_points(true) + fmt::format("$ENDNOD\n$ELM\n1\n1 4 {} 11 4 1 2 3 4\n$ENDELM\n", group)), &beside);
+        ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+        ASSERT_FALSE(beside.arrays.empty());
+        EXPECT_EQ(beside.arrays[0].name, "gmsh:physical");
+        EXPECT_EQ(beside.arrays[0].values, std::vector<double>{size});
+    }
+}
+
 /// Damage anywhere: an error, or a mesh whose labels fit it.
 TEST_F(CellArrays, OfRandomlyDamagedFilesNeverCrash) {
     std::mt19937 random(7);
