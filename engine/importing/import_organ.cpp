@@ -17,6 +17,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <set>
 
 namespace trocar::engine {
 
@@ -107,13 +108,18 @@ Result<TetMesh> read_organ_tets(const std::filesystem::path& file, const std::st
     return plain;
 }
 
-/// Names as keys of a scene: letters, digits, - and _, each once.
+/// Names as keys of a scene: letters, digits, - and _, each once. The first region of a name keeps it.
 void name_regions(std::vector<RegionSummary>& regions) {
-    for (std::size_t k = 0; k < regions.size(); ++k) {
-        std::string name = regions[k].name.empty() ? fmt::format("region_{}", regions[k].label) : safe_file_name(regions[k].name);
-        const auto is_taken = [&](const RegionSummary& other) { return other.name == name; };
-        if (std::any_of(regions.begin(), regions.begin() + static_cast<std::ptrdiff_t>(k), is_taken)) name = fmt::format("{:.40}_{}", name, regions[k].label);
-        regions[k].name = name;
+    std::set<std::string> names;
+    std::vector<RegionSummary*> doubled;
+    for (RegionSummary& region : regions) {
+        region.name = region.name.empty() ? fmt::format("region_{}", region.label) : safe_file_name(region.name);
+        if (!names.insert(region.name).second) doubled.push_back(&region);
+    }
+    for (RegionSummary* region : doubled) {
+        std::string name = fmt::format("{:.40}_{}", region->name, region->label);
+        for (int again = 2; !names.insert(name).second; ++again) name = fmt::format("{:.40}_{}_{}", region->name, region->label, again);
+        region->name = name;
     }
 }
 

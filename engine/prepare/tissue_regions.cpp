@@ -1,6 +1,7 @@
 #include "engine/prepare/tissue_regions.hpp"
 
 #include "engine/io/printable.hpp"
+#include "engine/scene/describe_body.hpp"
 #include "engine/scene/nearest.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +17,6 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr double kLargestLabel = 9007199254740992.0; // 2^53: beyond it a double does not tell integers apart
 constexpr std::size_t kMostListed = 12;
 /// On average, at least: an array of another name that has fewer counts its cells.
 constexpr std::size_t kCellsOfARegion = 2;
@@ -36,6 +36,7 @@ std::string plain_name(std::string_view name) {
     return plain;
 }
 
+/// As the key "label" of a scene takes it.
 bool is_label(double value) { return value == std::floor(value) && std::abs(value) <= kLargestLabel; }
 
 /// Empty where the array has one integer for each cell.
@@ -45,7 +46,7 @@ std::string find_defect(const BesideTets& beside, const CellArray& array) {
             return fmt::format("has {} values, and the file has cell {}; expected one for each cell", array.values.size(), place);
     for (const std::size_t place : beside.place_of_tet)
         if (!is_label(array.values[place]))
-            return fmt::format("has {:g} at cell {}; expected an integer, the label of the cell's region", array.values[place], place);
+            return fmt::format("has {} at cell {}; expected an integer from {} to {}, the label of the cell's region", array.values[place], place, -kLargestLabel, kLargestLabel);
     return {};
 }
 

@@ -295,6 +295,44 @@ TEST_F(CellArrays, ThatCannotBeReadAreLeftOutOfAnOrganWithANoteUnlessOneIsNamed)
     EXPECT_THAT(read_organ(folder / "three.vtk", "part").error().to_string(), HasSubstr("three.vtk: cell 0 of type 10 has 3 corners, expected 4"));
 }
 
+TEST_F(CellArrays, HaveLabelsThatASceneTakesOrAreRefused) {
+    const auto labelled = [&](const std::string& labels) { return read_organ(write("a.vtu", vtu(array_of("region", "Float64", labels))), "region"); };
+    for (const char* beyond : {"2147483648", "-2147483648", "9007199254740992"}) {
+        const Result<OrganInput> refused = labelled(fmt::format("3 {}", beyond));
+        ASSERT_FALSE(refused.ok()) << beyond;
+        EXPECT_EQ(refused.error().message,
+                  fmt::format("the cell array \"region\" has {} at cell 1; expected an integer from -2147483647 to 2147483647, the label of the cell's region", beyond));
+    }
+    Result<OrganInput> input = labelled("-2147483647 2147483647");
+    ASSERT_TRUE(input.ok()) << input.error().to_string();
+    const Result<ImportedOrgan> organ = import_organ(std::move(*input), 1e-3, MendMode::Automatic, {Vec3::UnitZ(), 0.2});
+    ASSERT_TRUE(organ.ok()) << organ.error().to_string();
+    for (const Result<void>& written : write_organ(*organ, {"liver", "", {}}, folder)) ASSERT_TRUE(written.ok());
+    const Result<Scene> scene = read_scene(folder / import_name::kScene);
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    EXPECT_TRUE(make_prepared_scene(*scene).ok());
+}
+
+TEST_F(CellArrays, OfGroupsWithOneNameBecomeRegionsOfDifferentNames) {
+    using Three = std::array<std::string, 3>;
+    const std::vector<std::pair<Three, Three>> cases{{{"a", "a_3", "a"}, {"a", "a_3", "a_3_2"}}, {{"a", "a", "a_2"}, {"a", "a_2_2", "a_2"}}, {{"a", "a", "a"}, {"a", "a_2", "a_3"}}};
+    for (const auto& [named, expected] : cases) {
+        Result<OrganInput> input = read_organ(
+            write("a.msh", fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n3 1 \"{}\"\n3 2 \"{}\"\n3 3 \"{}\"\n$EndPhysicalNames\n$Nodes\n6\n{}6 30 30 30\n"
+                                       "$EndNodes\n$Elements\n3\n1 4 2 1 1 {}\n2 4 2 2 2 {}\n3 4 2 3 3 2 3 4 6\n$EndElements\n",
+                                       named[0], named[1], named[2], rows_of_points(true), corners(0, 1), corners(1, 1))));
+        ASSERT_TRUE(input.ok()) << input.error().to_string();
+        const Result<ImportedOrgan> organ = import_organ(std::move(*input), 1e-3, MendMode::Automatic, {Vec3::UnitZ(), 0.2});
+        ASSERT_TRUE(organ.ok()) << organ.error().to_string();
+        ASSERT_EQ(organ->regions.size(), 3u);
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(organ->regions[k].name, expected[k]);
+        for (const Result<void>& written : write_organ(*organ, {"liver", "", {}}, folder)) ASSERT_TRUE(written.ok());
+        const Result<Scene> scene = read_scene(folder / import_name::kScene);
+        ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+        EXPECT_EQ(scene->bodies[0].coarse.regions.size(), 3u);
+    }
+}
+
 TEST_F(CellArrays, TakeTheSizeOfAGmshGroupWhateverItsSign) {
     for (const auto& [group, size] : {std::pair("-3", 3.0), std::pair("-9223372036854775808", 9223372036854775808.0)}) {
         BesideTets beside;
