@@ -11,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <set>
 
 namespace trocar::engine {
 
@@ -50,13 +49,13 @@ std::string find_defect(const BesideTets& beside, const CellArray& array) {
     return {};
 }
 
-std::set<std::int64_t> distinct_labels(const BesideTets& beside, const CellArray& array) {
-    std::set<std::int64_t> labels;
-    for (const std::size_t place : beside.place_of_tet) {
-        labels.insert(static_cast<std::int64_t>(array.values[place]));
-        if (labels.size() > kMostRegions) break;
-    }
-    return labels;
+/// Of an array without a defect.
+std::size_t count_labels(const BesideTets& beside, const CellArray& array) {
+    std::vector<double> labels;
+    labels.reserve(beside.place_of_tet.size());
+    for (const std::size_t place : beside.place_of_tet) labels.push_back(array.values[place]);
+    std::sort(labels.begin(), labels.end());
+    return static_cast<std::size_t>(std::unique(labels.begin(), labels.end()) - labels.begin());
 }
 
 /// Names as a message shows them.
@@ -71,11 +70,11 @@ Error no_array(std::string message) { return {ErrorCode::BadValue, std::move(mes
 Result<const CellArray*> choose_array(const BesideTets& beside) {
     std::vector<const CellArray*> fitting;
     for (const CellArray& array : beside.arrays)
-        if (find_defect(beside, array).empty() && distinct_labels(beside, array).size() <= kMostRegions) fitting.push_back(&array);
+        if (find_defect(beside, array).empty() && count_labels(beside, array) <= kMostRegions) fitting.push_back(&array);
     for (const char* usual : kUsualNames)
         for (const CellArray* array : fitting)
             if (plain_name(array->name) == usual) return array;
-    if (fitting.size() == 1 && kCellsOfARegion * distinct_labels(beside, *fitting[0]).size() <= beside.place_of_tet.size()) return fitting[0];
+    if (fitting.size() == 1 && kCellsOfARegion * count_labels(beside, *fitting[0]) <= beside.place_of_tet.size()) return fitting[0];
     if (beside.arrays.empty()) return no_array("no cell array says which region a cell belongs to; expected one of integers");
     return no_array(fmt::format("none of the cell arrays {} is known to say which region a cell belongs to; expected one of integers to be named, by \"region_array\" of a scene or --regions of import",
                                 fmt::join(shown_names(beside), ", ")));
@@ -86,6 +85,8 @@ Result<const CellArray*> find_array(const BesideTets& beside, std::string_view n
     for (const CellArray& array : beside.arrays) {
         if (array.name != name) continue;
         if (const std::string defect = find_defect(beside, array); !defect.empty()) return no_array(fmt::format("the cell array \"{:.60}\" {}", name, defect));
+        if (const std::size_t count = count_labels(beside, array); count > kMostRegions)
+            return no_array(fmt::format("the cell array \"{:.60}\" has {} different labels; expected at most {}, one for each region", name, count, kMostRegions));
         return &array;
     }
     const std::vector<std::string> names = shown_names(beside);

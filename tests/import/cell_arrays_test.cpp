@@ -295,6 +295,26 @@ TEST_F(CellArrays, ThatCannotBeReadAreLeftOutOfAnOrganWithANoteUnlessOneIsNamed)
     EXPECT_THAT(read_organ(folder / "three.vtk", "part").error().to_string(), HasSubstr("three.vtk: cell 0 of type 10 has 3 corners, expected 4"));
 }
 
+TEST_F(CellArrays, ThatNumberTheirCellsAreNoRegionsEvenWhereTheyAreNamed) {
+    TetMesh mesh;
+    std::vector<double> ids;
+    for (Index t = 0; t < 257; ++t) {
+        for (int k = 0; k < 4; ++k) mesh.vertices.push_back(kPoints[static_cast<std::size_t>(k)] + Vec3(40.0 * t, 0, 0));
+        mesh.tets.push_back({4 * t, 4 * t + 1, 4 * t + 2, 4 * t + 3});
+        ids.push_back(t);
+    }
+    const DataArray array{"CellId", 1, ids};
+    ASSERT_TRUE(write_vtu(folder / "ids.vtu", mesh, {{}, {&array, 1}}).ok());
+    const Result<OrganInput> refused = read_organ(folder / "ids.vtu", "CellId");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().message, "the cell array \"CellId\" has 257 different labels; expected at most 256, one for each region");
+    ids.back() = 0;
+    ASSERT_TRUE(write_vtu(folder / "ids.vtu", mesh, {{}, {&array, 1}}).ok());
+    const Result<OrganInput> taken = read_organ(folder / "ids.vtu", "CellId");
+    ASSERT_TRUE(taken.ok()) << taken.error().to_string();
+    EXPECT_EQ(taken->labels.of_tet.size(), 257u);
+}
+
 TEST_F(CellArrays, HaveLabelsThatASceneTakesOrAreRefused) {
     const auto labelled = [&](const std::string& labels) { return read_organ(write("a.vtu", vtu(array_of("region", "Float64", labels))), "region"); };
     for (const char* beyond : {"2147483648", "-2147483648", "9007199254740992"}) {
