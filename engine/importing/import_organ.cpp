@@ -17,6 +17,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <set>
 
 namespace trocar::engine {
 
@@ -96,13 +97,29 @@ Result<void> take_labels(const BesideTets& beside, const std::string& region_arr
     return {};
 }
 
-/// Names as keys of a scene: letters, digits, - and _, each once.
+/// The tetrahedra with their cell arrays. Where those cannot be read, and none is named, without them: then a note says why.
+Result<TetMesh> read_organ_tets(const std::filesystem::path& file, const std::string& region_array, BesideTets& beside, std::string& note) {
+    beside.with_arrays = true;
+    Result<TetMesh> tets = read_tets(file, &beside);
+    if (tets.ok() || !region_array.empty()) return tets;
+    beside.with_arrays = false;
+    Result<TetMesh> plain = read_tets(file, &beside);
+    if (plain.ok()) note = fmt::format("the cell arrays are left out, since they cannot be read: {}", tets.error().to_string());
+    return plain;
+}
+
+/// Names as keys of a scene: letters, digits, - and _, each once. The first region of a name keeps it.
 void name_regions(std::vector<RegionSummary>& regions) {
-    for (std::size_t k = 0; k < regions.size(); ++k) {
-        std::string name = regions[k].name.empty() ? fmt::format("region_{}", regions[k].label) : safe_file_name(regions[k].name);
-        const auto is_taken = [&](const RegionSummary& other) { return other.name == name; };
-        if (std::any_of(regions.begin(), regions.begin() + static_cast<std::ptrdiff_t>(k), is_taken)) name = fmt::format("{:.40}_{}", name, regions[k].label);
-        regions[k].name = name;
+    std::set<std::string> names;
+    std::vector<RegionSummary*> doubled;
+    for (RegionSummary& region : regions) {
+        region.name = region.name.empty() ? fmt::format("region_{}", region.label) : safe_file_name(region.name);
+        if (!names.insert(region.name).second) doubled.push_back(&region);
+    }
+    for (RegionSummary* region : doubled) {
+        std::string name = fmt::format("{:.40}_{}", region->name, region->label);
+        for (int again = 2; !names.insert(name).second; ++again) name = fmt::format("{:.40}_{}_{}", region->name, region->label, again);
+        region->name = name;
     }
 }
 
@@ -132,10 +149,10 @@ Result<OrganInput> read_organ(const std::filesystem::path& file, const std::stri
     constexpr std::array kVolumes{".msh", ".vtu", ".mesh", ".node", ".ele", ".veg"};
     const bool volume = std::find(kVolumes.begin(), kVolumes.end(), extension) != kVolumes.end();
     OrganInput input;
+    std::string no_tets; // why a .vtk file gives none
     if (volume || extension == ".vtk") {
         BesideTets beside;
-        beside.with_arrays = true;
-        Result<TetMesh> tets = read_tets(file, &beside);
+        Result<TetMesh> tets = read_organ_tets(file, region_array, beside, input.labels_note);
         if (tets.ok()) {
             if (const Result<void> labels = take_labels(beside, region_array, input); !labels.ok()) return labels.error();
             input.split = describe_split(beside.split);
@@ -145,12 +162,17 @@ Result<OrganInput> read_organ(const std::filesystem::path& file, const std::stri
             input.tets = std::move(*tets);
             return input;
         }
-        if (volume) return tets.error();
+        if (volume || !region_array.empty()) return tets.error();
+        no_tets = tets.error().message;
     }
     ReadOptions reading;
     reading.weld = true;
     Result<TriMesh> surface = read_surface(file, reading);
-    if (!surface.ok()) return surface.error();
+    if (!surface.ok()) {
+        Error error = surface.error();
+        if (!no_tets.empty() && no_tets != error.message) error.message += "; as tetrahedra: " + no_tets;
+        return error;
+    }
     input.surface = std::move(*surface);
     if (!region_array.empty())
         return Error{ErrorCode::BadValue, fmt::format("found the array \"{:.60}\" for a surface, which has no regions; expected a file of tetrahedra, or it left out", region_array)};

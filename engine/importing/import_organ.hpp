@@ -29,6 +29,7 @@ struct OrganInput {
 };
 
 /// region_array  that says which region a cell belongs to; empty: as find_tet_labels finds it
+/// Cell arrays that cannot be read are left out with a note where none is named.
 /// fails  as read_tets and read_surface, and as find_tet_labels where an array is named
 [[nodiscard]] Result<OrganInput> read_organ(const std::filesystem::path& file, const std::string& region_array = {});
 

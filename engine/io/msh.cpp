@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 namespace trocar::engine {
@@ -267,7 +268,7 @@ private:
     bool note_labels(std::vector<std::size_t>& places) {
         if (!with_arrays()) return true;
         places.push_back(physical_of_cell_.size());
-        physical_of_cell_.push_back(static_cast<double>(physical_ < 0 ? -physical_ : physical_)); // the sign turns the cell round
+        physical_of_cell_.push_back(std::abs(static_cast<double>(physical_))); // the sign turns the cell round
         entity_of_cell_.push_back(static_cast<double>(entity_));
         return true;
     }

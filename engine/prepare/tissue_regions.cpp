@@ -1,6 +1,7 @@
 #include "engine/prepare/tissue_regions.hpp"
 
 #include "engine/io/printable.hpp"
+#include "engine/scene/describe_body.hpp"
 #include "engine/scene/nearest.hpp"
 
 #include <fmt/format.h>
@@ -10,13 +11,11 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <set>
 
 namespace trocar::engine {
 
 namespace {
 
-constexpr double kLargestLabel = 9007199254740992.0; // 2^53: beyond it a double does not tell integers apart
 constexpr std::size_t kMostListed = 12;
 /// On average, at least: an array of another name that has fewer counts its cells.
 constexpr std::size_t kCellsOfARegion = 2;
@@ -36,6 +35,7 @@ std::string plain_name(std::string_view name) {
     return plain;
 }
 
+/// As the key "label" of a scene takes it.
 bool is_label(double value) { return value == std::floor(value) && std::abs(value) <= kLargestLabel; }
 
 /// Empty where the array has one integer for each cell.
@@ -45,17 +45,17 @@ std::string find_defect(const BesideTets& beside, const CellArray& array) {
             return fmt::format("has {} values, and the file has cell {}; expected one for each cell", array.values.size(), place);
     for (const std::size_t place : beside.place_of_tet)
         if (!is_label(array.values[place]))
-            return fmt::format("has {:g} at cell {}; expected an integer, the label of the cell's region", array.values[place], place);
+            return fmt::format("has {} at cell {}; expected an integer from {} to {}, the label of the cell's region", array.values[place], place, -kLargestLabel, kLargestLabel);
     return {};
 }
 
-std::set<std::int64_t> distinct_labels(const BesideTets& beside, const CellArray& array) {
-    std::set<std::int64_t> labels;
-    for (const std::size_t place : beside.place_of_tet) {
-        labels.insert(static_cast<std::int64_t>(array.values[place]));
-        if (labels.size() > kMostRegions) break;
-    }
-    return labels;
+/// Of an array without a defect.
+std::size_t count_labels(const BesideTets& beside, const CellArray& array) {
+    std::vector<double> labels;
+    labels.reserve(beside.place_of_tet.size());
+    for (const std::size_t place : beside.place_of_tet) labels.push_back(array.values[place]);
+    std::sort(labels.begin(), labels.end());
+    return static_cast<std::size_t>(std::unique(labels.begin(), labels.end()) - labels.begin());
 }
 
 /// Names as a message shows them.
@@ -70,11 +70,11 @@ Error no_array(std::string message) { return {ErrorCode::BadValue, std::move(mes
 Result<const CellArray*> choose_array(const BesideTets& beside) {
     std::vector<const CellArray*> fitting;
     for (const CellArray& array : beside.arrays)
-        if (find_defect(beside, array).empty() && distinct_labels(beside, array).size() <= kMostRegions) fitting.push_back(&array);
+        if (find_defect(beside, array).empty() && count_labels(beside, array) <= kMostRegions) fitting.push_back(&array);
     for (const char* usual : kUsualNames)
         for (const CellArray* array : fitting)
             if (plain_name(array->name) == usual) return array;
-    if (fitting.size() == 1 && kCellsOfARegion * distinct_labels(beside, *fitting[0]).size() <= beside.place_of_tet.size()) return fitting[0];
+    if (fitting.size() == 1 && kCellsOfARegion * count_labels(beside, *fitting[0]) <= beside.place_of_tet.size()) return fitting[0];
     if (beside.arrays.empty()) return no_array("no cell array says which region a cell belongs to; expected one of integers");
     return no_array(fmt::format("none of the cell arrays {} is known to say which region a cell belongs to; expected one of integers to be named, by \"region_array\" of a scene or --regions of import",
                                 fmt::join(shown_names(beside), ", ")));
@@ -85,6 +85,8 @@ Result<const CellArray*> find_array(const BesideTets& beside, std::string_view n
     for (const CellArray& array : beside.arrays) {
         if (array.name != name) continue;
         if (const std::string defect = find_defect(beside, array); !defect.empty()) return no_array(fmt::format("the cell array \"{:.60}\" {}", name, defect));
+        if (const std::size_t count = count_labels(beside, array); count > kMostRegions)
+            return no_array(fmt::format("the cell array \"{:.60}\" has {} different labels; expected at most {}, one for each region", name, count, kMostRegions));
         return &array;
     }
     const std::vector<std::string> names = shown_names(beside);

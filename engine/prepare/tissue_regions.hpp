@@ -25,8 +25,8 @@ struct TetLabels {
 
 /// Labels by an array of the file. Without a name: the array whose name, or whose format, is usual for regions (region, material, label, ...,
 /// gmsh:physical, medit:ref, tetgen:ref, vega:region, gmsh:geometrical), or else the only one of at most kMostRegions integers, two cells to each.
-/// fails  BadValue, without a file: no such array, or none that looks like regions (which there are); a value that is no integer, a number of
-///        values that is not that of the cells
+/// fails  BadValue, without a file: no such array, or none that looks like regions (which there are); a value that is no label of a scene, a number of
+///        values that is not that of the cells, more than kMostRegions labels
 [[nodiscard]] Result<TetLabels> find_tet_labels(const BesideTets& beside, std::string_view array = {});
 inline constexpr std::size_t kMostRegions = 256;
 

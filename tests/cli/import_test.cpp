@@ -175,6 +175,19 @@ TEST_F(ImportCommand, RegionsOfAnOrganStandInItsSceneAndAWrongLabelIsRefused) {
     EXPECT_TRUE(array.says("--regions: found the unknown cell array \"medit:rfe\"; nearest known cell array: \"medit:ref\"")) << array;
 }
 
+TEST_F(ImportCommand, TakesTheCellsOfAFileWhoseArraysCannotBeReadAndSaysSo) {
+    const fs::path file = write("cube.vtk", "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n0 0 0 50 0 0 50 50 0 0 50 0\n0 0 50 50 0 50 50 50 50 0 50 50\n"
+                                            "CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\nCELL_DATA 1\nFIELD FieldData 1\norgan 1 1 string\nliver\n");
+    const Ended ended = import("organ", file, {"--unit", "mm", "--no-explain"});
+    ASSERT_EQ(ended.exit_code, 0) << ended;
+    EXPECT_TRUE(ended.says("region     the cell arrays are left out")) << ended;
+    EXPECT_TRUE(ended.says("cube.vtk:14: type 'string' is not read")) << ended;
+    EXPECT_TRUE(fs::exists(made("organ.vtu")));
+    const Ended named = import("organ", file, {"--unit", "mm", "--regions", "organ", "--force"});
+    EXPECT_EQ(named.exit_code, 2) << named;
+    EXPECT_TRUE(named.says("cube.vtk:14: type 'string' is not read")) << named;
+}
+
 TEST_F(ImportCommand, TakesADeviceOfTheCatalogueAndRefusesAnother) {
     const fs::path tube = write_tube();
     const Ended taken = import("segmentation", tube, {"--instrument", "steve_micro_catheter", "--no-explain"});

@@ -255,6 +255,15 @@ TEST_F(Regions, ThatAreWrongAreRefusedWithLineKeyAndWhatWasExpected) {
     EXPECT_THAT(refusal({.regions = R"({"a": {"label": 9}})"}).to_string(), HasSubstr("none of the cell arrays region is known to say"));
     EXPECT_THAT(refusal({.regions = R"({"a": {"label": 9}})", .array = "\"region\""}).to_string(),
                 HasSubstr("bodies.bar.coarse.region_array: bar.vtu: the cell array \"region\" has 5.5 at cell 0; expected an integer"));
+    double next = 0.0;
+    write_bar([&](const Vec3&) { return next++; }, "CellId");
+    const Error ids = refusal({.regions = R"({"a": {"label": 9}})", .array = "\"CellId\""});
+    EXPECT_EQ(ids.line, 6u) << ids.to_string();
+    EXPECT_THAT(ids.to_string(),
+                HasSubstr("bodies.bar.coarse.region_array: bar.vtu: the cell array \"CellId\" has 648 different labels; expected at most 256, one for each region"));
+    write_bar([](const Vec3& x) { return x.x() < 0.25 * kLength ? 3e9 : 9.0; });
+    EXPECT_THAT(refusal({.regions = R"({"a": {"label": 9}})", .array = "\"region\""}).to_string(),
+                HasSubstr("the cell array \"region\" has 3000000000 at cell 0; expected an integer from -2147483647 to 2147483647"));
     ASSERT_TRUE(write_vtu(folder / "bar.vtu", mesh_).ok());
     EXPECT_THAT(refusal({.regions = R"({"a": {"label": 9}})"}).to_string(), HasSubstr("bodies.bar.coarse.regions: bar.vtu: no cell array says which region a cell belongs to"));
 }

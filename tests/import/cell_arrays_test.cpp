@@ -19,6 +19,7 @@
 namespace trocar::engine::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using CellArrays = trocar::FolderTest;
 using Names = std::map<std::int64_t, std::string>;
@@ -258,6 +259,110 @@ TEST_F(CellArrays, ThatAreDamagedAreRefusedWhereTheyAreAskedForAndDoNoHarmElsewh
     EXPECT_FALSE(find_tet_labels(beside).ok()) << "a number for each cell is no region";
     ASSERT_TRUE(read_tets(folder / "two.vtu", &beside).ok());
     EXPECT_THAT(find_tet_labels(beside, "othre").error().message, HasSubstr("nearest known cell array: \"other\""));
+}
+
+/// A file's fields are of no use to an organ without them: they must not keep its tetrahedra from being read.
+TEST_F(CellArrays, ThatCannotBeReadAreLeftOutOfAnOrganWithANoteUnlessOneIsNamed) {
+    const auto with = [](std::string text, const std::string& from, const std::string& to) { return text.replace(text.find(from), from.size(), to); };
+    struct Case {
+        const char* name;
+        std::string text, message;
+    };
+    const std::vector<Case> cases{
+        {"string.vtk", vtk(kScalars + "FIELD FieldData 1\nnames 1 3 string\na b c\n"), ":26: type 'string' is not read"},
+        {"bit.vtk", vtk(kScalars + "SCALARS wall bit\nLOOKUP_TABLE default\n1 0 0\n"), "type 'bit' is not read"},
+        {"table.vtk", vtk("CELL_DATA 3\nSCALARS part int 1\n99 3 7\n"), "LOOKUP_TABLE should stand here"},
+        {"kind.vtk", vtk("CELL_DATA 3\nNONSENSE part int\n1 2 3\n"), "'NONSENSE' is no array"},
+        {"word.vtu", vtu(array_of("region", "Int32", "3 seven")), "'seven' is not a number"},
+        {"entities.msh", with(msh4(), "42 0 0 -20", "tumour 0 0 -20"), "'tumour' is not an integer where the entity's tag should stand"},
+        {"names.msh", with(msh4(), "$PhysicalNames\n2", "$PhysicalNames\n4000000000000"), "but only"},
+        {"set.veg", veg("*SET a\n1, 2, 3\n*REGION\na, X\n"), "the set a names the element '3', which is not given"},
+    };
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.name);
+        const Result<OrganInput> input = read_organ(write(c.name, c.text));
+        ASSERT_TRUE(input.ok()) << input.error().to_string();
+        ASSERT_TRUE(input->tets.has_value()) << "its surface was read instead";
+        EXPECT_EQ(input->tets->tets.size(), 2u);
+        EXPECT_TRUE(input->labels.of_tet.empty());
+        EXPECT_THAT(input->labels_note, AllOf(HasSubstr("the cell arrays are left out"), HasSubstr(c.name), HasSubstr(c.message)));
+        const Result<OrganInput> named = read_organ(folder / c.name, "part");
+        ASSERT_FALSE(named.ok());
+        EXPECT_THAT(named.error().to_string(), AllOf(HasSubstr(c.name), HasSubstr(c.message)));
+    }
+    const std::string three = "# vtk DataFile Version 3.0\none\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0 1 0 0 0 1 0\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n10\n";
+    EXPECT_THAT(read_organ(write("three.vtk", three)).error().to_string(), HasSubstr("as tetrahedra: cell 0 of type 10 has 3 corners, expected 4"));
+    EXPECT_THAT(read_organ(folder / "three.vtk", "part").error().to_string(), HasSubstr("three.vtk: cell 0 of type 10 has 3 corners, expected 4"));
+}
+
+TEST_F(CellArrays, ThatNumberTheirCellsAreNoRegionsEvenWhereTheyAreNamed) {
+    TetMesh mesh;
+    std::vector<double> ids;
+    for (Index t = 0; t < 257; ++t) {
+        for (int k = 0; k < 4; ++k) mesh.vertices.push_back(kPoints[static_cast<std::size_t>(k)] + Vec3(40.0 * t, 0, 0));
+        mesh.tets.push_back({4 * t, 4 * t + 1, 4 * t + 2, 4 * t + 3});
+        ids.push_back(t);
+    }
+    const DataArray array{"CellId", 1, ids};
+    ASSERT_TRUE(write_vtu(folder / "ids.vtu", mesh, {{}, {&array, 1}}).ok());
+    const Result<OrganInput> refused = read_organ(folder / "ids.vtu", "CellId");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().message, "the cell array \"CellId\" has 257 different labels; expected at most 256, one for each region");
+    ids.back() = 0;
+    ASSERT_TRUE(write_vtu(folder / "ids.vtu", mesh, {{}, {&array, 1}}).ok());
+    const Result<OrganInput> taken = read_organ(folder / "ids.vtu", "CellId");
+    ASSERT_TRUE(taken.ok()) << taken.error().to_string();
+    EXPECT_EQ(taken->labels.of_tet.size(), 257u);
+}
+
+TEST_F(CellArrays, HaveLabelsThatASceneTakesOrAreRefused) {
+    const auto labelled = [&](const std::string& labels) { return read_organ(write("a.vtu", vtu(array_of("region", "Float64", labels))), "region"); };
+    for (const char* beyond : {"2147483648", "-2147483648", "9007199254740992"}) {
+        const Result<OrganInput> refused = labelled(fmt::format("3 {}", beyond));
+        ASSERT_FALSE(refused.ok()) << beyond;
+        EXPECT_EQ(refused.error().message,
+                  fmt::format("the cell array \"region\" has {} at cell 1; expected an integer from -2147483647 to 2147483647, the label of the cell's region", beyond));
+    }
+    Result<OrganInput> input = labelled("-2147483647 2147483647");
+    ASSERT_TRUE(input.ok()) << input.error().to_string();
+    const Result<ImportedOrgan> organ = import_organ(std::move(*input), 1e-3, MendMode::Automatic, {Vec3::UnitZ(), 0.2});
+    ASSERT_TRUE(organ.ok()) << organ.error().to_string();
+    for (const Result<void>& written : write_organ(*organ, {"liver", "", {}}, folder)) ASSERT_TRUE(written.ok());
+    const Result<Scene> scene = read_scene(folder / import_name::kScene);
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    EXPECT_TRUE(make_prepared_scene(*scene).ok());
+}
+
+TEST_F(CellArrays, OfGroupsWithOneNameBecomeRegionsOfDifferentNames) {
+    using Three = std::array<std::string, 3>;
+    const std::vector<std::pair<Three, Three>> cases{{{"a", "a_3", "a"}, {"a", "a_3", "a_3_2"}}, {{"a", "a", "a_2"}, {"a", "a_2_2", "a_2"}}, {{"a", "a", "a"}, {"a", "a_2", "a_3"}}};
+    for (const auto& [named, expected] : cases) {
+        Result<OrganInput> input = read_organ(
+            write("a.msh", fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n3 1 \"{}\"\n3 2 \"{}\"\n3 3 \"{}\"\n$EndPhysicalNames\n$Nodes\n6\n{}6 30 30 30\n"
+                                       "$EndNodes\n$Elements\n3\n1 4 2 1 1 {}\n2 4 2 2 2 {}\n3 4 2 3 3 2 3 4 6\n$EndElements\n",
+                                       named[0], named[1], named[2], rows_of_points(true), corners(0, 1), corners(1, 1))));
+        ASSERT_TRUE(input.ok()) << input.error().to_string();
+        const Result<ImportedOrgan> organ = import_organ(std::move(*input), 1e-3, MendMode::Automatic, {Vec3::UnitZ(), 0.2});
+        ASSERT_TRUE(organ.ok()) << organ.error().to_string();
+        ASSERT_EQ(organ->regions.size(), 3u);
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(organ->regions[k].name, expected[k]);
+        for (const Result<void>& written : write_organ(*organ, {"liver", "", {}}, folder)) ASSERT_TRUE(written.ok());
+        const Result<Scene> scene = read_scene(folder / import_name::kScene);
+        ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+        EXPECT_EQ(scene->bodies[0].coarse.regions.size(), 3u);
+    }
+}
+
+TEST_F(CellArrays, TakeTheSizeOfAGmshGroupWhateverItsSign) {
+    for (const auto& [group, size] : {std::pair("-3", 3.0), std::pair("-9223372036854775808", 9223372036854775808.0)}) {
+        BesideTets beside;
+        beside.with_arrays = true;
+        const Result<TetMesh> mesh = read_tets(write("a.msh", "$NOD\n5\n" + rows_of_points(true) + fmt::format("$ENDNOD\n$ELM\n1\n1 4 {} 11 4 1 2 3 4\n$ENDELM\n", group)), &beside);
+        ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+        ASSERT_FALSE(beside.arrays.empty());
+        EXPECT_EQ(beside.arrays[0].name, "gmsh:physical");
+        EXPECT_EQ(beside.arrays[0].values, std::vector<double>{size});
+    }
 }
 
 /// Damage anywhere: an error, or a mesh whose labels fit it.
