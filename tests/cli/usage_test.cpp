@@ -251,7 +251,7 @@ TEST_F(Explain, SaysWhatRunsAndWhatDoesNot) {
     for (const char* name : {"coarse_contact", "exact_contact"}) EXPECT_LT(ended.out.find(name), not_simulated) << name << " runs";
     for (const char* name : {"elasticity", "gravity", "breathing", "fluoroscopy"})
         EXPECT_GT(ended.out.find(name), not_simulated) << name << " does not";
-    for (const char* word : {"wire", "tube", "memory", "predicted", "budget", "sub-steps"}) EXPECT_TRUE(ended.says(word)) << word;
+    for (const char* word : {"wire", "tube", "memory", "predicted", "budget", "no tissue"}) EXPECT_TRUE(ended.says(word)) << word;
 }
 
 TEST_F(Schema, IsJsonAndTheOneInTheAssets) {

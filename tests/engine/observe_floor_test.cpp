@@ -120,7 +120,7 @@ TEST_F(FloorOfAStep, IsDrawnInThePlotsOfCost) {
     table->floor_ms = 0.0123; // whatever the runs took
     const std::string page = cost_page(run.scene, *table, {});
     EXPECT_THAT(page, HasSubstr(">floor<"));
-    EXPECT_THAT(page, HasSubstr("The floor, 0.0123 ms, is what a budget of nothing is charged"));
+    EXPECT_THAT(page, HasSubstr("The floor, 0.0123 ms, is the charge under a budget of 0"));
 }
 
 } // namespace trocar::engine::test
