@@ -100,12 +100,13 @@ void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
     slack_.setZero();
     left_ = 0;
     if (fitted_.size() == vertices.size()) std::copy(vertices.begin(), vertices.end(), fitted_.begin()); // a follow may come after
-    for (std::size_t slot = 0; slot < triangles_.size(); ++slot)
+    fit_boxes(nodes_, 0, nodes_.size(), [&](Index slot) -> const std::array<Vec3, 3>& {
         for (std::size_t k = 0; k < 3; ++k) {
             assert(triangles_[slot][k] < vertices.size());
             corners_[slot][k] = vertices[triangles_[slot][k]];
         }
-    fit_nodes(nodes_, 0, nodes_.size(), triangles_, vertices);
+        return corners_[slot];
+    });
 }
 
 std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_distance) const noexcept {

@@ -115,6 +115,21 @@ private:
     [[nodiscard]] int crossing(Index slot, const Vec3& p, int axis, bool positive) const noexcept;
 
     Index build_node(std::span<Index> slots, std::span<const Vec3> centres, Index first);
+    /// Children lie behind their parent. corners_of(slot): 3 corners, m, called once for each slot of the leaves
+    template <class CornersOf>
+    static void fit_boxes(std::span<Node> nodes, std::size_t from, std::size_t to, CornersOf&& corners_of) noexcept {
+        for (std::size_t id = to; id-- > from;) {
+            Node& node = nodes[id];
+            Box3 box; // a local one stays in registers
+            if (node.count == 0) {
+                box = nodes[id + 1].box;
+                box.add(nodes[node.first].box);
+            }
+            for (Index slot = node.first; slot < node.first + node.count; ++slot)
+                for (const Vec3& corner : corners_of(slot)) box.add(corner);
+            node.box = box;
+        }
+    }
     static void fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
                           std::span<const Vec3> vertices) noexcept;
     void renew_part(double share) noexcept;

@@ -40,17 +40,10 @@ void TriangleTree::start_following(std::span<const Vec3> vertices) {
 
 void TriangleTree::fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
                              std::span<const Vec3> vertices) noexcept {
-    for (std::size_t id = to; id-- > from;) { // children lie behind their parent
-        Node& node = nodes[id];
-        node.box = {};
-        if (node.count == 0) {
-            node.box = nodes[id + 1].box;
-            node.box.add(nodes[node.first].box);
-            continue;
-        }
-        for (Index slot = node.first; slot < node.first + node.count; ++slot)
-            for (const Index vertex : triangles[slot]) node.box.add(vertices[vertex]);
-    }
+    fit_boxes(nodes, from, to, [&](Index slot) {
+        const Triangle& t = triangles[slot];
+        return std::array{vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+    });
 }
 
 void TriangleTree::renew_part(double share) noexcept {
