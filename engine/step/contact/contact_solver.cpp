@@ -82,27 +82,9 @@ void change_motion(const GivingBody& body) noexcept {
 } // namespace
 
 void ContactSolver::reserve(std::size_t rows, std::size_t bodies) {
-    watches_.reserve(rows);
+    bounds_.reserve(rows, bodies);
+    flags_.reserve(rows);
     near_.reserve(rows);
-    speeds_.reserve(bodies);
-}
-
-ContactSolver::Watch ContactSolver::watch(const ContactRow& row) noexcept {
-    Watch watch;
-    watch.normal = row.normal;
-    watch.velocity = row.a.velocity - row.b.velocity;
-    watch.clear = row.gap;
-    watch.presses = !row.impulse.isZero(0.0);
-    watch.whole = row.is_whole();
-    const ContactSide* const sides[2] = {&row.a, &row.b};
-    for (std::size_t side = 0; side < 2; ++side) {
-        if (!sides[side]->gives()) continue;
-        watch.slot[side] = sides[side]->slot;
-        watch.blend[side] = sides[side]->blend;
-        for (std::size_t foot = 0; foot < sides[side]->feet; ++foot)
-            for (const double weight : sides[side]->weight[foot]) watch.spread[side] += std::abs(sides[side]->share[foot] * weight);
-    }
-    return watch;
 }
 
 void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) {
@@ -110,52 +92,27 @@ void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodi
     bodies_ = bodies;
     most_rows_ = std::numeric_limits<std::uint64_t>::max();
     wholes_ = 0;
-    watches_.clear();
+    bounds_.begin(rows, bodies.size());
+    flags_.clear();
     near_.clear();
-    speeds_.assign(bodies.size(), {});
     for (ContactRow& row : rows_) {
         wholes_ += row.is_whole();
         row.sum.setZero();
         row.entries = 0;
-        watches_.push_back(watch(row));
+        flags_.push_back({.presses = !row.impulse.isZero(0.0), .whole = row.is_whole()});
     }
 }
 
-void ContactSolver::find_speeds() noexcept {
-    for (std::size_t k = 0; k < bodies_.size(); ++k) {
-        Vec3 mean = Vec3::Zero();
-        for (const fem::NodeRecord& node : bodies_[k].nodes) mean += velocity_of(node);
-        if (!bodies_[k].nodes.empty()) mean /= static_cast<double>(bodies_[k].nodes.size());
-        double apart_sq = 0.0;
-        for (const fem::NodeRecord& node : bodies_[k].nodes) apart_sq = std::max(apart_sq, (velocity_of(node) - mean).squaredNorm());
-        speeds_[k] = {mean, std::sqrt(apart_sq)};
-    }
-}
-
-/// m/s, at which its gap grows at least, as the bodies move now.
-double ContactSolver::least_rate(const Watch& watch) const noexcept {
-    Vec3 mean = watch.velocity;
-    double apart = 0.0;
-    for (std::size_t side = 0; side < 2; ++side) {
-        if (watch.slot[side] == ContactSide::kNone) continue;
-        const Speeds& speeds = speeds_[watch.slot[side]];
-        mean += (side == 0 ? watch.blend[side] : -watch.blend[side]) * speeds.mean;
-        apart += std::abs(watch.blend[side]) * watch.spread[side] * speeds.apart;
-    }
-    return watch.normal.dot(mean) - apart;
-}
-
-/// Those that may meet within `h` s. cost: the nodes of the bodies, and some ten flops a row
+/// Those that press, or may meet within `h` s.
 void ContactSolver::list_near(double h) noexcept {
-    find_speeds();
+    bounds_.find_speeds(bodies_);
     near_.clear();
-    for (Index k = 0; k < watches_.size(); ++k) {
-        Watch& watch = watches_[k];
-        const bool was_near = watch.near;
-        watch.begun = was_near;
-        watch.near = watch.whole || watch.presses || !(watch.clear + h * least_rate(watch) > 0.0);
-        if (watch.near) near_.push_back(k);
-        if (was_near && !watch.near) rows_[k].mobility = 0.0;
+    for (Index k = 0; k < flags_.size(); ++k) {
+        Flags& flags = flags_[k];
+        flags.was_near = flags.near;
+        flags.near = flags.whole || flags.presses || bounds_.may_close(k, h);
+        if (flags.near) near_.push_back(k);
+        if (flags.was_near && !flags.near) rows_[k].mobility = 0.0;
     }
 }
 
@@ -287,11 +244,11 @@ ContactSolve ContactSolver::iterate(unsigned done) noexcept {
         for (const Index k : near_) {
             ContactRow& row = rows_[k];
             if (!row.active || !(row.mobility > 0.0)) continue;
-            const Vec3 onward = share * row.way;
-            row.way = onward + row.change;
+            const Vec3 along = share * row.direction;
+            row.direction = along + row.change;
             if (rests || share == 0.0) continue;
-            row.impulse += onward;
-            push(row, onward);
+            row.impulse += along;
+            push(row, along);
         }
         before = rests ? 0.0 : changed;
         all = rests;
@@ -300,7 +257,7 @@ ContactSolve ContactSolver::iterate(unsigned done) noexcept {
 
 /// A solve that ended before it had converged may have given more than contact has taken: then all of its impulses are made smaller together,
 /// which keeps both momenta. With a share s of them the work is s a + s^2 b.
-void ContactSolver::give_no_more(double most) noexcept {
+void ContactSolver::limit_energy(double most) noexcept {
     double a = 0.0, b = 0.0; // J
     for (const Index k : near_) {
         const ContactRow& row = rows_[k];
@@ -323,7 +280,7 @@ ContactSolve ContactSolver::note_work(ContactSolve solve) noexcept {
     for (const Index k : near_) {
         ContactRow& row = rows_[k];
         row.sum += row.impulse;
-        watches_[k].presses = !row.impulse.isZero(0.0);
+        flags_[k].presses = !row.impulse.isZero(0.0);
         if (row.is_whole()) continue;
         const Vec3 after = velocity(row);
         solve.work += 0.5 * row.impulse.dot(row.before + after);
@@ -335,7 +292,7 @@ ContactSolve ContactSolver::note_work(ContactSolve solve) noexcept {
 void ContactSolver::observe() noexcept {
     list_near(0.0);
     for (const Index k : near_) {
-        if (watches_[k].whole) continue;
+        if (flags_[k].whole) continue;
         place(rows_[k]);
         rows_[k].before = velocity(rows_[k]);
     }
@@ -411,7 +368,7 @@ void ContactSolver::prepare_rows(double h, double fastest) noexcept {
         ContactRow& row = rows_[k];
         if (row.is_whole()) continue;
         place(row);
-        if (!watches_[k].begun) row.before = velocity(row);
+        if (!flags_[k].was_near) row.before = velocity(row);
         row.kicked = velocity(row);
         row.target = row.now > 0.0 ? -row.now / h : std::min({row.recovery, -row.now / h, fastest});
         row.active = false;
@@ -422,19 +379,18 @@ void ContactSolver::prepare_rows(double h, double fastest) noexcept {
 /// Rows that the velocities which the solve came to take together after all: they are solved with the others, from the impulses that those came
 /// to. False: none, and the speeds are those that the bodies have now.
 bool ContactSolver::add_passed(double time, double h, double fastest) noexcept {
-    find_speeds();
+    bounds_.find_speeds(bodies_);
     bool any = false;
-    for (Index k = 0; k < watches_.size(); ++k) {
-        Watch& watch = watches_[k];
-        if (watch.near || watch.clear + h * least_rate(watch) > 0.0) continue;
-        watch.near = any = true;
+    for (Index k = 0; k < flags_.size(); ++k) {
+        if (flags_[k].near || !bounds_.may_close(k, h)) continue;
+        flags_[k].near = any = true;
         rows_[k].now = gap_at(rows_[k], time);
     }
     if (!any) return false;
     start(-1.0);
     near_.clear();
-    for (Index k = 0; k < watches_.size(); ++k)
-        if (watches_[k].near) near_.push_back(k);
+    for (Index k = 0; k < flags_.size(); ++k)
+        if (flags_[k].near) near_.push_back(k);
     prepare_rows(h, fastest);
     start();
     return true;
@@ -464,14 +420,11 @@ ContactSolve ContactSolver::approach(double time, double h, double ratio, double
     }
     solve.converged = solve.converged && !passed;
     if (!solve.converged) {
-        give_no_more(std::max(0.0, spare));
-        find_speeds();
+        limit_energy(std::max(0.0, spare));
+        bounds_.find_speeds(bodies_);
     }
-    for (Index k = 0; k < watches_.size(); ++k) {
-        Watch& watch = watches_[k];
-        if (watch.near) watch.clear = rows_[k].now;
-        watch.clear += h * least_rate(watch);
-    }
+    for (const Index k : near_) bounds_.set(k, rows_[k].now);
+    bounds_.advance(h);
     return note_work(solve);
 }
 
@@ -488,7 +441,7 @@ ContactSolve ContactSolver::settle(double time) noexcept {
         row.last = row.impulse;
         row.impulse *= 0.5;
         place(row);
-        if (!watches_[k].begun) row.before = velocity(row);
+        if (!flags_[k].was_near) row.before = velocity(row);
         if (!presses || !(row.mobility > 0.0)) {
             row.mobility = 0.0;
             row.impulse.setZero();

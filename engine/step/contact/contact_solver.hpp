@@ -15,8 +15,7 @@
 // size of its elements.
 #pragma once
 
-#include "base/contact.hpp"
-#include "fem/tissue/force_plan.hpp"
+#include "engine/step/contact/gap_bounds.hpp"
 
 #include <cstdint>
 #include <algorithm>
@@ -25,87 +24,6 @@
 #include <vector>
 
 namespace trocar::engine {
-
-/// A body whose nodes contact moves, while it is advanced.
-struct GivingBody {
-    std::span<fem::NodeRecord> nodes; // in the plan's order
-    const double* inv_mass = nullptr; // [nodes] 1/kg
-
-    // of its nodes that can move, in the sub-step in hand: what holds it as a whole sees no more of it
-    double mass = 0.0; // kg; 0: nothing holds it
-    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), change = Vec3::Zero(); // m, m/s, m/s
-    Vec3 turning = Vec3::Zero(); // rad/s, as if it were rigid
-    double stopped = 0.0; // [-] of its turning, that goes with what is stopped of its velocity against what stands still
-};
-
-/// A place of one of the two bodies: an affine image of the tetrahedron beneath it, or, where its triangle or edge is longer than those, the
-/// mean of its corners' images.
-struct ContactSide {
-    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-    static constexpr std::size_t kMostFeet = 3;
-    std::uint32_t slot = kNone;       // of the giving bodies; kNone: it stands still, or goes its scripted way
-    std::size_t owner = 0;            // the body whose nodes carry it
-    std::size_t feet = 0;             // 0: no node carries it
-    double share[kMostFeet] = {};     // [feet] sum 1
-    Index record[kMostFeet][4] = {};  // [feet] of the owner's tetrahedra
-    double weight[kMostFeet][4] = {}; // [feet] affine coordinates at the step's start; sum 1
-    double blend = 1.0;               // [-] of its tetrahedra's motion
-    Vec3 start = Vec3::Zero();        // m, its image then
-    Vec3 velocity = Vec3::Zero();     // m/s, of what no node carries
-
-    [[nodiscard]] bool gives() const noexcept { return feet > 0; }
-    /// position(record)
-    template <class Position>
-    [[nodiscard]] Vec3 image(std::size_t foot, Position&& position) const {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t k = 0; k < 4; ++k) sum += weight[foot][k] * position(record[foot][k]);
-        return sum;
-    }
-    template <class Position>
-    [[nodiscard]] Vec3 image(Position&& position) const {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t foot = 0; foot < feet; ++foot) sum += share[foot] * image(foot, position);
-        return sum;
-    }
-};
-
-struct ContactRow {
-    ContactSide a, b;
-    Vec3 normal = Vec3::UnitX(); // unit, from b to a
-    double gap = 0.0;            // m, at the step's start
-    double recovery = 0.0;       // m/s, at which what lies in the other one is pushed out
-    double friction = 0.0;       // Coulomb's
-    /// m; above 0 it is no place. The two are held as wholes, for what nobody looked at between them: their mean velocities come no nearer along
-    /// the line of their mass centres, by one change of velocity for all nodes of each, which turns and deforms nothing. Where one of them does
-    /// not give, the other neither slides nor turns. Approach ends within so much.
-    double room = 0.0;
-    [[nodiscard]] bool is_whole() const noexcept { return room > 0.0; }
-    Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
-    Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
-    Vec3 sum = Vec3::Zero();     // N s, on a, of the step
-    /// m/s, of a against b after the last sub-step: before the kick and the impulses of this one; of a row that this one is the first to solve,
-    /// after the kick
-    Vec3 before = Vec3::Zero();
-
-    /// What a node moves by an impulse, and what its motion is of the relative velocity.
-    struct Entry {
-        std::uint32_t slot;
-        Index record;
-        double weight = 0.0;   // [-] of a's less of b's
-        double per_mass = 0.0; // 1/kg, the same over the node's mass
-    };
-    std::size_t entries = 0;
-    Entry entry[2 * ContactSide::kMostFeet * 4];
-    std::uint8_t entry_of[2][ContactSide::kMostFeet][4] = {}; // of a's and b's nodes
-
-    // of the sub-step
-    Vec3 change = Vec3::Zero(), way = Vec3::Zero(); // N s, of its impulse in the last pass, and in that and those before
-    Vec3 kicked = Vec3::Zero(); // m/s, of a against b before its impulses
-    double now = 0.0;      // m, its gap
-    double mobility = 0.0; // 1/kg, W
-    double target = 0.0;   // m/s, least speed of parting
-    bool active = false;   // it pressed when it was relaxed last
-};
 
 struct ContactSolve {
     unsigned iterations = 0;
@@ -143,30 +61,18 @@ public:
     void limit_rows(std::uint64_t most) noexcept { most_rows_ = most; }
 
 private:
-    /// What tells from afar whether a row's sides may meet.
-    struct Watch {
-        Vec3 normal = Vec3::UnitX(), velocity = Vec3::Zero(); // m/s, of a against b, of what no node carries
-        double clear = 0.0;                                   // m; the gap is no less
-        double spread[2] = {};                                // [-] of each side, sum of its weights' sizes
-        double blend[2] = {};                                 // [-] of each side
-        std::uint32_t slot[2] = {ContactSide::kNone, ContactSide::kNone};
-        bool presses = false, near = false, whole = false;
-        bool begun = false; // `before` of its row is that of this sub-step's start
-    };
-    /// Velocities of a body's nodes: all within `apart` of `mean`, m/s.
-    struct Speeds {
-        Vec3 mean = Vec3::Zero();
-        double apart = 0.0;
+    /// Of a row, apart from it.
+    struct Flags {
+        bool presses = false;                // its impulse is not 0
+        bool near = false, was_near = false; // this sub-step solves it; the last one did
+        bool whole = false;
     };
 
-    [[nodiscard]] static Watch watch(const ContactRow& row) noexcept;
-    void find_speeds() noexcept;
-    [[nodiscard]] double least_rate(const Watch& watch) const noexcept;
     void list_near(double h) noexcept;
     [[nodiscard]] bool add_passed(double time, double h, double fastest) noexcept;
     [[nodiscard]] unsigned most_iterations() const noexcept;
     void prepare_rows(double h, double fastest) noexcept;
-    void give_no_more(double most) noexcept;
+    void limit_energy(double most) noexcept;
     ContactSolve note_work(ContactSolve solve) noexcept;
     static void number_entries(ContactRow& row) noexcept;
     void place(ContactRow& row) const noexcept;
@@ -181,9 +87,9 @@ private:
 
     std::span<ContactRow> rows_;
     std::span<GivingBody> bodies_;
-    std::vector<Watch> watches_;  // [rows]
-    std::vector<Index> near_;     // rows that the sub-step in hand solves, ascending
-    std::vector<Speeds> speeds_;  // [bodies]
+    GapBounds bounds_;
+    std::vector<Flags> flags_; // [rows]
+    std::vector<Index> near_;  // rows that the sub-step in hand solves, ascending
     std::uint64_t most_rows_ = std::numeric_limits<std::uint64_t>::max();
     std::size_t wholes_ = 0;
 };
