@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 
 namespace trocar::engine {
 
@@ -153,6 +155,74 @@ void measure_invariance(const std::vector<std::string>& meshers, const std::vect
             rows.push_back({"what flies along meets as what rests", "of the radius", 0.0,
                             farthest_apart(as_is, throw_turned(prepared, step, none, frame), none, steps_done * step * frame) / 0.02, 1e-6, setting_of(mesher, step)});
         }
+}
+
+/// Two or three boxes and balls of random sizes, attitudes and stiffness, thrown at one another in free space under a random budget: what energy they
+/// gain at most, of what they have after the first step, and what of their momentum is lost, of the sum of its sizes.
+std::pair<double, double> throw_at_random(std::mt19937_64& rng) {
+    const auto between = [&rng](double low, double high) { return std::uniform_real_distribution<double>(low, high)(rng); };
+    const char* const meshers[] = {"lattice", "tetgen"};
+    const char* const budgets[] = {"work:0", "work:300", "work:1000", "work:3000", "exact"};
+    const double steps[] = {2e-4, 1e-3, 2e-3, 5e-3, 1e-2};
+    LawScene scene;
+    scene.step = steps[rng() % 5];
+    scene.budget = budgets[rng() % 5];
+    scene.contact = fmt::format(R"("solid_friction": {})", rng() % 2 ? 0.3 : 0.0);
+    const std::string mesher = meshers[rng() % 2];
+    const std::size_t count = 2 + rng() % 2;
+    double at = 0.0; // m, along x, of the last one's end
+    std::vector<Vec3> centres;
+    for (std::size_t k = 0; k < count; ++k) {
+        const bool is_box = rng() % 3 != 0;
+        const Vec3 extent(between(0.01, 0.03), between(0.01, 0.03), between(0.01, 0.03));
+        const double radius = is_box ? 0.5 * extent.norm() : 0.02;
+        centres.emplace_back(at + radius + 1e-3, between(-0.004, 0.004), between(-0.004, 0.004));
+        at += 2.0 * radius + 1e-3;
+        scene.bodies += (k > 0 ? ", " : "") + body(fmt::format("b{}", k), is_box ? box_at(centres[k], extent, 3) : ball_at(centres[k]),
+                                                   std::pow(10.0, between(0.7, 2.7)), rng() % 2 ? 0.001 : 0.02, 0.0, mesher);
+    }
+    const PreparedScene prepared = prepare_law(scene);
+    Simulator simulator(prepared.model);
+    State start = simulator.state();
+    const double speed = between(0.05, 0.6);
+    for (std::size_t k = 0; k < count; ++k) {
+        const Mat3 turn = Eigen::AngleAxisd(between(0.0, 3.0), Vec3(between(-1, 1), between(-1, 1), between(-1, 1)).normalized()).toRotationMatrix();
+        for (auto* places : {&start.bodies[k].tissue.position, &start.bodies[k].surface})
+            for (Vec3& x : *places) x = centres[k] + turn * (x - centres[k]);
+        for (Vec3& v : start.bodies[k].tissue.velocity) v = Vec3(k == 0 ? speed : k + 1 == count ? -0.3 * speed : 0.0, 0, 0);
+    }
+    (void)simulator.restore(start);
+    const auto momentum = [&](const State& state) {
+        std::pair<Vec3, double> sum{Vec3::Zero(), 0.0};
+        for (std::size_t k = 0; k < count; ++k) {
+            const Vec3 own = fem::find_momentum(*prepared.model.bodies[k].tissue, state.bodies[k].tissue).linear;
+            sum.first += own;
+            sum.second += own.norm();
+        }
+        return sum;
+    };
+    const auto [before, size] = momentum(start);
+    double first = 0.0, most = 0.0;
+    for (int k = 0; k < static_cast<int>(0.15 / scene.step); ++k) {
+        const StepReport& report = simulator.step();
+        const double energy = report.finite ? report.kinetic_j + report.elastic_j : std::numeric_limits<double>::infinity();
+        if (k == 0) first = energy;
+        most = std::max(most, energy);
+    }
+    return {most / first - 1.0, (momentum(simulator.state()).first - before).norm() / size};
+}
+
+void measure_free_systems(int count, std::vector<LawRow>& rows) {
+    std::mt19937_64 rng(2811);
+    double gained = 0.0, lost = 0.0;
+    for (int k = 0; k < count; ++k) {
+        const auto [energy, momentum] = throw_at_random(rng);
+        gained = std::max(gained, energy);
+        lost = std::max(lost, momentum);
+    }
+    const std::string setting = fmt::format("{} systems, any budget", count);
+    rows.push_back({"bodies thrown at random gain no energy", "share of what moved, at most", 0.0, gained, 1e-6, setting});
+    rows.push_back({"bodies thrown at random keep their momentum", "share of it, at most", 0.0, lost, 1e-9, setting});
 }
 
 void measure_planes(const std::vector<double>& steps, std::vector<LawRow>& rows) {
@@ -348,6 +418,7 @@ std::vector<LawRow> measure_solid_laws(bool quick) {
     std::vector<LawRow> rows;
     measure_impacts(meshers, steps, rows);
     measure_invariance(meshers, quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
+    measure_free_systems(quick ? 20 : 200, rows);
     measure_planes(quick ? steps : std::vector<double>{1e-3, 1e-2}, rows);
     measure_weights(meshers, steps, rows);
     measure_crossing(meshers, quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
