@@ -36,7 +36,7 @@ std::vector<std::string> read_command_line() {
 int become_bench_program(const BenchRequest&) {
     std::error_code failed;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "trocar-bench";
-    if (access(program.c_str(), X_OK) != 0)
+    if (failed || access(program.c_str(), X_OK) != 0)
         return report_error({ErrorCode::MissingTool,
                              fmt::format("the benches are a program of their own, and {} is not there; expected it beside trocar: `./start build` makes it",
                                          program.string()),

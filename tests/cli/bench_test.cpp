@@ -92,6 +92,17 @@ TEST_F(BenchCommand, AnUnknownNameIsRefusedWithTheKnownOnes) {
     EXPECT_NE(ended.err.find("python"), std::string::npos);
 }
 
+/// A program that was copied alone, or a build of the demo, which makes no benches.
+TEST_F(BenchCommand, WithoutTheBenchesSaysHowTheyAreMade) {
+    const fs::path alone = folder / "trocar";
+    fs::copy_file(TROCAR_PROGRAM, alone);
+    const Ended ended = wait_for(start({"bench", "laws"}, alone), kPatience);
+    EXPECT_TRUE(ended_with(ended, 2)) << ended;
+    EXPECT_TRUE(ended.says((folder / "trocar-bench").string() + " is not there")) << ended;
+    EXPECT_TRUE(ended.says("./start build")) << ended;
+    EXPECT_TRUE(ended_with(wait_for(start({"--version"}, alone), kPatience), 0)) << "all else goes on";
+}
+
 TEST_F(BenchCommand, PythonIsListedAndTakesNoOptionOfATable) {
     const Ended listed = call({"bench"});
     EXPECT_TRUE(ended_with(listed, 0));
