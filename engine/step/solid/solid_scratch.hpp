@@ -31,6 +31,12 @@ struct Piercing {
     Index face = 0;
 };
 
+/// A face of the other body near the leaf in hand.
+struct NearFace {
+    Box3 box; // m
+    Index face = 0;
+};
+
 /// Edges of a closed body's surface that are convex and sharp, beneath each leaf that has a face of theirs (edge_touch.hpp).
 struct SharpEdges {
     std::vector<Index> leaf_begin;      // [sphere_count + 1]
@@ -93,6 +99,7 @@ struct SolidScratch {
     std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
     std::vector<Piercing> piercings[2];
+    std::vector<NearFace> near_faces;          // of the leaf in hand
     std::vector<Box3> edge_boxes;              // of the leaf in hand
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<LeafPair> touching_before;     // and of its leaf pairs

@@ -90,13 +90,33 @@ double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
     return s;
 }
 
-/// Where edges beneath a sphere pass through the other surface, unless an end of theirs or a corner there lies inside and pushes
-/// already. False: nowhere.
+/// Faces of the other body that come near those beneath a sphere, but for those of which a corner lies inside: it pushes already.
+void list_near_faces(const OneWay& way, Index sphere, std::vector<NearFace>& out) {
+    const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
+    const std::vector<Vec3>&at = way.surface(way.own), &faces = way.surface(way.other);
+    const std::vector<std::uint8_t>& seen = way.solids.bodies[way.other].vertex_seen;
+    Box3 beneath;
+    for (const Index triangle : own.covering.tree.items_of(sphere))
+        for (const Index v : own.surface.triangles[triangle]) beneath.add(at[v]);
+    out.clear();
+    way.solids.bodies[way.other].inside.tree().for_each_overlapping(beneath, [&](Index face) {
+        const Triangle& f = other.surface.triangles[face];
+        if (seen[f[0]] == kInside || seen[f[1]] == kInside || seen[f[2]] == kInside) return;
+        NearFace& near = out.emplace_back();
+        near.face = face;
+        for (const Index v : f) near.box.add(faces[v]);
+    });
+}
+
+/// Where edges beneath a sphere pass through the other surface, unless an end of theirs lies inside and pushes already. False: nowhere.
 bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out) {
+    std::vector<NearFace>& near_faces = way.solids.near_faces;
+    list_near_faces(way, sphere, near_faces);
+    if (near_faces.empty()) return false;
     const std::size_t before = out.size();
     const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
     const std::vector<Vec3>&at = way.surface(way.own), &faces = way.surface(way.other);
-    const std::vector<std::uint8_t>&seen = way.solids.bodies[way.own].vertex_seen, &seen_there = way.solids.bodies[way.other].vertex_seen;
+    const std::vector<std::uint8_t>& seen = way.solids.bodies[way.own].vertex_seen;
     for (const Index triangle : own.covering.tree.items_of(sphere))
         for (std::size_t k = 0; k < 3; ++k) {
             const Triangle& t = own.surface.triangles[triangle];
@@ -105,11 +125,11 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
             Box3 box;
             box.add(at[v0]);
             box.add(at[v1]);
-            way.solids.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index face) {
-                const Triangle& f = other.surface.triangles[face];
-                if (seen_there[f[0]] == kInside || seen_there[f[1]] == kInside || seen_there[f[2]] == kInside) return;
-                if (const double s = pierce(at[v0], at[v1], {faces[f[0]], faces[f[1]], faces[f[2]]}); s >= 0.0) out.push_back({v0, v1, s, face});
-            });
+            for (const NearFace& near : near_faces) {
+                if (!near.box.overlaps(box)) continue;
+                const Triangle& f = other.surface.triangles[near.face];
+                if (const double s = pierce(at[v0], at[v1], {faces[f[0]], faces[f[1]], faces[f[2]]}); s >= 0.0) out.push_back({v0, v1, s, near.face});
+            }
         }
     return out.size() > before;
 }
