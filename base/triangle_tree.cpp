@@ -10,15 +10,27 @@
 namespace trocar {
 namespace {
 
-double distance_sq(const Box3& box, const Vec3& p) noexcept {
+/// m^2; 0 inside. Called for every box that a query comes to: it must be inlined.
+[[gnu::always_inline]] inline double distance_sq(const Vec3& lo, const Vec3& hi, const Vec3& p) noexcept {
+    const double x = std::max(std::max(lo[0] - p[0], p[0] - hi[0]), 0.0);
+    const double y = std::max(std::max(lo[1] - p[1], p[1] - hi[1]), 0.0);
+    const double z = std::max(std::max(lo[2] - p[2], p[2] - hi[2]), 0.0);
+    return x * x + y * y + z * z;
+}
+
+/// The same of the box of a triangle.
+[[gnu::always_inline]] inline double distance_sq(const std::array<Vec3, 3>& t, const Vec3& p) noexcept {
     double sum = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
-        const double below = box.lo[axis] - p[axis], above = p[axis] - box.hi[axis];
-        const double out = std::max({below, above, 0.0});
+        const double lo = std::min(std::min(t[0][axis], t[1][axis]), t[2][axis]), hi = std::max(std::max(t[0][axis], t[1][axis]), t[2][axis]);
+        const double out = std::max(std::max(lo - p[axis], p[axis] - hi), 0.0);
         sum += out * out;
     }
     return sum;
 }
+
+/// Of a squared distance: what is farther than that is farther, whatever rounding did. Triangles that are equally near are then all compared.
+constexpr double kAllEquallyNear = 1.0 + 0x1p-48;
 
 /// A centre that can be compared: non-finite triangles go to the origin, their boxes keep them out of every query.
 Vec3 sortable_centre(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
@@ -117,28 +129,31 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     };
     std::array<Entry, kMaxDepth> stack;
     std::size_t size = 0;
-    double best_sq = max_distance * max_distance;
+    double best_sq = max_distance * max_distance, within_sq = best_sq * kAllEquallyNear;
     SurfacePoint best;
-    stack[size++] = {0, distance_sq(bounds(), p)};
+    const auto distance_to = [&](Index id) {
+        const Box3& box = nodes_[id].box;
+        return distance_sq(box.lo - slack_, box.hi + slack_, p);
+    };
+    stack[size++] = {0, distance_to(0)};
     while (size > 0) {
         const Entry entry = stack[--size];
-        if (!(entry.distance_sq <= best_sq)) continue;
+        if (!(entry.distance_sq <= within_sq)) continue;
         const Node& node = nodes_[entry.node];
         if (node.count == 0) {
-            Entry near{entry.node + 1, distance_sq(opened(nodes_[entry.node + 1].box), p)};
-            Entry far{node.first, distance_sq(opened(nodes_[node.first].box), p)};
+            Entry near{entry.node + 1, distance_to(entry.node + 1)}, far{node.first, distance_to(node.first)};
             if (far.distance_sq < near.distance_sq) std::swap(near, far);
-            stack[size++] = far;
-            stack[size++] = near;
+            if (far.distance_sq <= within_sq) stack[size++] = far;
+            if (near.distance_sq <= within_sq) stack[size++] = near;
             continue;
         }
         for (Index slot = node.first; slot < node.first + node.count; ++slot) {
-            if (distance_sq(triangle_box(slot), p) > best_sq) continue; // cheaper than the triangle itself
-            const auto [a, b, c] = corners_at(slot);
-            const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
+            const std::array<Vec3, 3> corners = corners_at(slot);
+            if (distance_sq(corners, p) > within_sq) continue; // cheaper than the triangle itself
+            const PointOnTriangle hit = closest_on_triangle(p, corners[0], corners[1], corners[2]);
             const bool better = hit.distance_sq < best_sq || (hit.distance_sq == best_sq && order_[slot] < best.triangle);
             if (!better || !std::isfinite(hit.distance_sq)) continue; // a corner may not be finite
-            best_sq = hit.distance_sq;
+            best_sq = hit.distance_sq, within_sq = best_sq * kAllEquallyNear;
             best = {order_[slot], hit.point, hit.bary, std::sqrt(hit.distance_sq)};
         }
     }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trocar::engine {
 
@@ -92,6 +93,15 @@ std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, 
     return standing;
 }
 
+/// The nearest place of the other surface. Vertices are asked for in turn, each beside the last: what was nearest to that one bounds the search.
+std::optional<SurfacePoint> find_nearest(const OneWay& way, const Vec3& place, double within) {
+    std::optional<Vec3>& last = way.solids.nearest;
+    if (last) within = std::min(within, (place - *last).norm() + kOnSurface);
+    const std::optional<SurfacePoint> nearest = way.solids.bodies[way.other].inside.tree().closest(place, within);
+    if (nearest) last = nearest->point;
+    return nearest;
+}
+
 } // namespace
 
 std::optional<SurfacePoint> find_face_along(const OneWay& way, const Vec3& place, const Line& line) {
@@ -134,7 +144,7 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     bounds.inflate(look);
     if (entry == nullptr && !bounds.contains(place)) return std::nullopt;
     const bool inside = other.inside.inside(place);
-    const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
+    const auto nearest = find_nearest(way, place, inside || entry != nullptr ? std::numeric_limits<double>::infinity() : look);
     if (!nearest) return std::nullopt;
     Standing as_seen;
     as_seen.inside = inside;

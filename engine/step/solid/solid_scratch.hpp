@@ -7,6 +7,7 @@
 #include "spheretree/traverse/descent.hpp"
 #include "spheretree/traverse/sweep_and_prune.hpp"
 
+#include <optional>
 #include <span>
 
 namespace trocar::engine {
@@ -100,6 +101,7 @@ struct SolidScratch {
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
     std::vector<Piercing> piercings[2];
     std::vector<NearFace> near_faces;          // of the leaf in hand
+    std::optional<Vec3> nearest;               // m, of the other body's surface to the last vertex that was tested there
     std::vector<Box3> edge_boxes;              // of the leaf in hand
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<LeafPair> touching_before;     // and of its leaf pairs

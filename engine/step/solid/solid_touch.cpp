@@ -35,6 +35,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
     SolidBodyScratch& scratch = way.solids.bodies[way.own];
     const BodyModel& body = way.model.bodies[way.own];
     const double reach = reach_of(way);
+    way.solids.nearest.reset();
     for (LeafPair& pair : pairs)
         for (const Index triangle : body.covering.tree.items_of(own_is_a ? pair.leaf_a : pair.leaf_b))
             for (const Index v : body.surface.triangles[triangle]) {
@@ -49,6 +50,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
 void probe_entries(const OneWay& way) {
     SolidBodyScratch& scratch = way.solids.bodies[way.own];
     const double reach = reach_of(way);
+    way.solids.nearest.reset();
     const SolidEntry from{way.own, way.other};
     const std::vector<SolidEntry>& before = way.solids.entries_before;
     for (auto entry = std::lower_bound(before.begin(), before.end(), from, kByKey);
@@ -62,6 +64,7 @@ bool probe_paths(const OneWay& way, std::size_t& probes_left, SurfaceAccount& ac
     SolidBodyScratch& scratch = way.solids.bodies[way.own];
     const SurfaceTravel& motion = way.solids.bodies[way.other].motion;
     const double reach = reach_of(way);
+    way.solids.nearest.reset();
     Box3 bounds = way.solids.bodies[way.other].inside.tree().bounds();
     bounds.inflate(way.model.contact.margin + motion.spread);
     for (Index v = 0; v < scratch.vertex_seen.size(); ++v) {
@@ -113,6 +116,8 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
     std::vector<NearFace>& near_faces = way.solids.near_faces;
     list_near_faces(way, sphere, near_faces);
     if (near_faces.empty()) return false;
+    Box3 around;
+    for (const NearFace& near : near_faces) around.add(near.box);
     const std::size_t before = out.size();
     const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
     const std::vector<Vec3>&at = way.surface(way.own), &faces = way.surface(way.other);
@@ -125,6 +130,7 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
             Box3 box;
             box.add(at[v0]);
             box.add(at[v1]);
+            if (!around.overlaps(box)) continue;
             for (const NearFace& near : near_faces) {
                 if (!near.box.overlaps(box)) continue;
                 const Triangle& f = other.surface.triangles[near.face];
