@@ -9,12 +9,13 @@ namespace {
 /// uncertain: the edges are evaluated as well.
 constexpr double kClearlyInside = 1e-9;
 
-PointOnTriangle on_edge(const Vec3& p, const Vec3& from, const Vec3& to, std::size_t corner) noexcept {
+/// Keeps the nearer of what is known and of the edge from one corner to the next.
+[[gnu::always_inline]] inline void keep_nearer(const Vec3& p, const Vec3& from, const Vec3& to, std::size_t corner, PointOnTriangle& best) noexcept {
     const PointOnSegment hit = closest_on_segment(p, {from, to});
-    PointOnTriangle out{hit.point, {0.0, 0.0, 0.0}, hit.distance_sq};
-    out.bary[corner] = 1.0 - hit.parameter;
-    out.bary[(corner + 1) % 3] = hit.parameter;
-    return out;
+    if (best.distance_sq <= hit.distance_sq) return;
+    best = {hit.point, {0.0, 0.0, 0.0}, hit.distance_sq};
+    best.bary[corner] = 1.0 - hit.parameter;
+    best.bary[(corner + 1) % 3] = hit.parameter;
 }
 
 PointsOnSegments pair_at(const Segment& a, const Segment& b, double s, double t) noexcept {
@@ -44,18 +45,21 @@ PointOnTriangle closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b,
     const double sum = weight_a + weight_b + weight_c;
 
     PointOnTriangle best{a, {1.0, 0.0, 0.0}, ap.squaredNorm()};
+    const double edge_sq = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
+    const double reach_sq = std::max(edge_sq, best.distance_sq);
+    const double doubt_sq = kClearlyInside * kClearlyInside * edge_sq * edge_sq * edge_sq * reach_sq;
+    const auto clearly_inside = [doubt_sq](double weight) { return weight > 0.0 && weight * weight > doubt_sq; };
     if (smallest >= 0.0 && sum > 0.0) {
         best.bary = {weight_a / sum, weight_b / sum, weight_c / sum};
         // offsets from one corner: no cancellation against a far origin
         best.point = a + best.bary[1] * ab - best.bary[2] * ca;
         best.distance_sq = (p - best.point).squaredNorm();
-        const double edge_sq = std::max({ab.squaredNorm(), bc.squaredNorm(), ca.squaredNorm()});
-        const double reach_sq = std::max(edge_sq, ap.squaredNorm());
-        const double doubt_sq = kClearlyInside * kClearlyInside * edge_sq * edge_sq * edge_sq * reach_sq;
-        if (smallest * smallest > doubt_sq) return best;
+        if (clearly_inside(smallest)) return best;
     }
-    for (const PointOnTriangle& edge : {on_edge(p, a, b, 0), on_edge(p, b, c, 1), on_edge(p, c, a, 2)})
-        if (!(best.distance_sq <= edge.distance_sq)) best = edge;
+    // What is nearest lies on an edge that p is beyond: at a corner between two, it is beyond one of them.
+    if (!clearly_inside(weight_c)) keep_nearer(p, a, b, 0, best);
+    if (!clearly_inside(weight_a)) keep_nearer(p, b, c, 1, best);
+    if (!clearly_inside(weight_b)) keep_nearer(p, c, a, 2, best);
     return best;
 }
 
