@@ -81,7 +81,9 @@ int import_organ_file(ImportRequest& request) {
         return report_error(error);
     }
     if (!input.ok()) return report_error(input.error());
-    const Box3 box = input->surface.bounds();
+    Box3 box = input->surface.bounds();
+    if (input->tets)
+        for (const Vec3& v : input->tets->vertices) box.add(v); // all of them, if doubled ones leave no boundary
     const auto unit = choose_unit(request, box.longest_edge(), source);
     if (!unit.ok()) return report_error(unit.error());
     if (const Result<void> size = check_size(box, *unit, request); !size.ok()) return report_error(size.error());

@@ -6,6 +6,7 @@
 #include "bench/import_phantoms.hpp"
 #include "engine/importing/import_segmentation.hpp"
 #include "engine/importing/import_vessel.hpp"
+#include "engine/importing/label_surface.hpp"
 
 #include <numbers>
 
@@ -226,6 +227,29 @@ TEST_F(Phantoms, HaveTheVolumeOfTheirVoxelsWhateverTheirSpacingAndTheirTurn) {
         std::size_t counted = 0;
         EXPECT_LE(radius_error(phantom, branches, made->vessel, counted), 0.5 * spacing.maxCoeff()) << seed;
         EXPECT_GT(counted, 10u);
+    }
+}
+
+TEST_F(Phantoms, OfAVoxelOrTwoStayWithinAVoxelOfTheirBorder) {
+    const std::tuple<const char*, std::size_t, std::size_t> boxes[] = {{"a voxel", 1, 1}, {"a line", 1, 20}, {"two by two", 2, 20}, {"three by three", 3, 3}};
+    for (const auto& [name, width, length] : boxes) {
+        SCOPED_TRACE(name);
+        Phantom phantom = make_phantom({straight()}, {12, 12, 32}, Vec3(0.4, 0.5, 0.6));
+        std::fill(phantom.voxels.begin(), phantom.voxels.end(), '\0');
+        for (std::size_t k = 0; k < length; ++k)
+            for (std::size_t j = 0; j < width; ++j)
+                for (std::size_t i = 0; i < width; ++i) phantom.voxels[phantom.at(4 + i, 4 + j, 4 + k)] = 1;
+        const Result<LabelVolume> volume = read_label_volume(write("small.nrrd", nrrd_gzip(phantom)));
+        ASSERT_TRUE(volume.ok());
+        const Result<LabelMask> mask = make_mask(*volume, "");
+        ASSERT_TRUE(mask.ok());
+        const Result<LabelSurface> surface = make_label_surface(*mask, {});
+        ASSERT_TRUE(surface.ok()) << surface.error().to_string();
+        EXPECT_TRUE(check_closed_surface(surface->mesh).ok());
+        EXPECT_EQ(find_self_intersections(surface->mesh).count, 0u);
+        EXPECT_LE(surface->smoothing, 0.6e-3);
+        EXPECT_GT(surface->volume, 0.1 * surface->mask_volume);
+        EXPECT_LT(surface->volume, 1.05 * surface->mask_volume);
     }
 }
 
