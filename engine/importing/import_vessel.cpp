@@ -95,17 +95,25 @@ private:
         for (Index ball = 1; ball < lumen_.ball_count(); ++ball)
             if (lumen_.ball(ball).radius > lumen_.ball(widest).radius) widest = ball;
         const Vec3 start = ends.empty() ? lumen_.ball(widest).centre : place_behind(ends[choose_inlet(ends, {})], inside_);
+        if (const Result<void> found = add_tips_from(start, ends); !found.ok()) return found.error();
+        if (ends.empty()) return Error{ErrorCode::BadMesh, "no end of a vessel was found; expected a tube, or a tree of tubes"};
+        if (!mended_.openings.empty()) return {};
+        const Vec3 tip = ends.front().centre; // back from there: a vessel may be widest at an end, which is where the first search began
+        return add_tips_from(tip, ends);
+    }
+
+    /// Tips that are not among the ends yet.
+    Result<void> add_tips_from(const Vec3& start, std::vector<VesselEnd>& ends) {
         const Result<std::vector<CentrelineBranch>> branches = find_branches(mended_.surface, lumen_, start, mended_.openings, Centring::None);
         if (!branches.ok()) return branches.error();
         for (const CentrelineBranch& branch : *branches) {
             if (!branch.ends) continue;
             const VesselEnd tip = tip_of(branch);
-            const bool known = std::any_of(mended_.openings.begin(), mended_.openings.end(), [&](const VesselEnd& opening) {
-                return (opening.centre - tip.centre).norm() < kEndReach * std::max(opening.radius, tip.radius);
+            const bool known = std::any_of(ends.begin(), ends.end(), [&](const VesselEnd& end) {
+                return (end.centre - tip.centre).norm() < kEndReach * std::max(end.radius, tip.radius);
             });
             if (!known) ends.push_back(tip);
         }
-        if (ends.empty()) return Error{ErrorCode::BadMesh, "no end of a vessel was found; expected a tube, or a tree of tubes"};
         return {};
     }
 
