@@ -2,7 +2,6 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/io/printable.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 
 namespace trocar::engine {
 namespace {
@@ -134,11 +132,7 @@ private:
         if (seen_ > kMostMarkupPoints) return bad(key + ".controlPoints", fmt::format("more than {} points in all", kMostMarkupPoints));
         auto radii = radii_of(json, key, points.size(), *unit);
         if (!radii.ok()) return radii.error();
-        std::set<std::string> ids;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::string id = points[i].is_object() ? text_of(points[i], "id", "") : "";
-            if (!id.empty() && !ids.insert(id).second)
-                return bad(fmt::format("{}.controlPoints[{}].id", key, i), fmt::format("'{}' stands twice; expected ids that differ", printable(id)));
+        for (std::size_t i = 0; i < points.size(); ++i) { // their ids may stand twice: Slicer leaves them so where it joins curves
             if (points[i].is_object() && text_of(points[i], "positionStatus", "defined") != "defined") continue;
             const auto p = position_of(points[i], fmt::format("{}.controlPoints[{}]", key, i), *unit, *turn);
             if (!p.ok()) return p.error();
