@@ -1,4 +1,5 @@
 // `import`: the files of a clinic or of another program become a scene that runs.
+#include "base/self_intersection.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/import_options.hpp"
 #include "engine/cli/import_outputs.hpp"
@@ -60,7 +61,9 @@ int finish_organ(const ImportedOrgan& organ, const ImportSource& source, const I
     for (const Result<void>& written : write_organ(organ, source, out)) outputs.note(written);
     if (!outputs.all_there()) return outputs.tell(out);
     print_facts(source, organ.repairs);
-    fmt::print("surface    {} triangles, closed, manifold\n", organ.surface.triangles.size());
+    const std::size_t crossing = find_self_intersections(organ.surface, 0).count; // tissue needs none mended: it is embedded
+    fmt::print("surface    {} triangles, closed, manifold, {}\n", organ.surface.triangles.size(),
+               crossing == 0 ? std::string("no self-intersections") : fmt::format("{} self-intersections, which stay", crossing));
     for (const std::string& sentence : organ.quality) fmt::print("tets       {}\n", sentence);
     for (const RegionSummary& region : organ.regions) fmt::print("region     {}\n", describe_region(region));
     if (!organ.regions.empty()) fmt::print("           by the cell array {}; all have the organ's material until the scene says another\n", printable(organ.labels.array));
@@ -81,7 +84,9 @@ int import_organ_file(ImportRequest& request) {
         return report_error(error);
     }
     if (!input.ok()) return report_error(input.error());
-    const Box3 box = input->surface.bounds();
+    Box3 box = input->surface.bounds();
+    if (input->tets)
+        for (const Vec3& v : input->tets->vertices) box.add(v); // all of them, if doubled ones leave no boundary
     const auto unit = choose_unit(request, box.longest_edge(), source);
     if (!unit.ok()) return report_error(unit.error());
     if (const Result<void> size = check_size(box, *unit, request); !size.ok()) return report_error(size.error());

@@ -4,6 +4,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/importing/import_organ.hpp"
 #include "engine/importing/import_vessel.hpp"
+#include "engine/importing/label_surface.hpp"
 #include "engine/importing/vessel_files.hpp"
 
 #include <filesystem>
@@ -15,7 +16,7 @@ namespace trocar::engine {
 struct ImportRequest {
     std::filesystem::path file, out;
     std::string unit, inlet, repair = "auto", label, regions, device, kind = "vessel", hold = "0,0,1,0.15";
-    double error_voxels = 0.4;
+    double error_voxels = LabelSurfaceOptions{}.error;
     bool force = false, quiet = false, explain = true;
 };
 

@@ -95,18 +95,28 @@ private:
         for (Index ball = 1; ball < lumen_.ball_count(); ++ball)
             if (lumen_.ball(ball).radius > lumen_.ball(widest).radius) widest = ball;
         const Vec3 start = ends.empty() ? lumen_.ball(widest).centre : place_behind(ends[choose_inlet(ends, {})], inside_);
+        const Result<std::size_t> ways = add_tips_from(start, ends);
+        if (!ways.ok()) return ways.error();
+        if (ends.empty()) return Error{ErrorCode::BadMesh, "no end of a vessel was found; expected a tube, or a tree of tubes"};
+        if (!mended_.openings.empty() || *ways > 1) return {};
+        const Vec3 tip = ends.front().centre; // back from there: the first search began at an end, where the vessel is widest
+        const Result<std::size_t> back = add_tips_from(tip, ends);
+        return back.ok() ? Result<void>() : back.error();
+    }
+
+    /// Tips that are not among the ends yet. Returns how many branches leave the start: one, if it is an end.
+    Result<std::size_t> add_tips_from(const Vec3& start, std::vector<VesselEnd>& ends) {
         const Result<std::vector<CentrelineBranch>> branches = find_branches(mended_.surface, lumen_, start, mended_.openings, Centring::None);
         if (!branches.ok()) return branches.error();
         for (const CentrelineBranch& branch : *branches) {
             if (!branch.ends) continue;
             const VesselEnd tip = tip_of(branch);
-            const bool known = std::any_of(mended_.openings.begin(), mended_.openings.end(), [&](const VesselEnd& opening) {
-                return (opening.centre - tip.centre).norm() < kEndReach * std::max(opening.radius, tip.radius);
+            const bool known = std::any_of(ends.begin(), ends.end(), [&](const VesselEnd& end) {
+                return (end.centre - tip.centre).norm() < kEndReach * std::max(end.radius, tip.radius);
             });
             if (!known) ends.push_back(tip);
         }
-        if (ends.empty()) return Error{ErrorCode::BadMesh, "no end of a vessel was found; expected a tube, or a tree of tubes"};
-        return {};
+        return static_cast<std::size_t>(std::count_if(branches->begin(), branches->end(), [](const CentrelineBranch& branch) { return branch.parent == kNoIndex; }));
     }
 
     /// Each branch that ends is an outlet: of the opening that it comes to, or closed. Openings that none comes to get a branch.

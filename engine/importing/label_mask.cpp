@@ -56,9 +56,21 @@ Result<std::vector<LabelSegment>> list_segments(const LabelVolume& volume) {
     for (std::size_t layer = 0; layer < volume.layers; ++layer) {
         const Result<Counts> counts = count_labels(volume, layer);
         if (!counts.ok()) return counts.error();
-        for (const auto& [value, count] : *counts) segments.push_back({"", value, layer});
+        for (const auto& [value, count] : *counts) segments.push_back({volume.layers > 1 ? fmt::format("{}:{}", layer, value) : "", value, layer});
     }
     return segments;
+}
+
+/// Labels of several bytes that all are multiples of 256 were most likely read with the wrong byte order. A number asked for is taken as it is.
+Result<void> check_byte_order(const LabelVolume& volume, const std::vector<LabelSegment>& segments) {
+    if (is_real(volume.type) || size_of(volume.type) < 2 || volume.slope != 1.0 || volume.intercept != 0.0 || segments.empty()) return {};
+    for (const LabelSegment& segment : segments)
+        if (segment.value % 256 != 0) return {};
+    return Error{ErrorCode::BadValue,
+                 fmt::format("all its labels are multiples of 256, the first is {}: they were stored in the other byte order; expected {} endian numbers, or --label {} if "
+                             "they are meant",
+                             segments.front().value, volume.big ? "big" : "little", segments.front().value),
+                 {}, 0, 0, "endian"};
 }
 
 std::string shown_segment(const LabelSegment& segment) {
@@ -220,6 +232,8 @@ void find_cuts(LabelMask& mask, std::size_t axis, bool high) {
 Result<LabelMask> make_mask(const LabelVolume& volume, const std::string& wanted) {
     const Result<std::vector<LabelSegment>> segments = list_segments(volume);
     if (!segments.ok()) return segments.error();
+    if (wanted.empty())
+        if (const Result<void> order = check_byte_order(volume, *segments); !order.ok()) return order.error();
     const Result<LabelSegment> segment = choose_segment(*segments, wanted);
     if (!segment.ok()) return segment.error();
     std::array<std::size_t, 3> low{};

@@ -20,6 +20,8 @@ namespace {
 constexpr double kShrink = 0.5, kGrow = -0.5263;
 /// Rounds in which the volume is set right.
 constexpr int kVolumeRounds = 4;
+/// Of the volume: what may be left of the difference after them.
+constexpr double kVolumeError = 0.02;
 /// Of the largest distance that is allowed: the root mean square error to begin with; halved until the distance is kept, so often.
 constexpr double kFirstShare = 0.25;
 constexpr int kDecimations = 5;
@@ -122,6 +124,34 @@ void set_volume(TriMesh& mesh, double wanted) {
     }
 }
 
+/// Fewer rounds where so many take a small or thin shape away: it stays within a voxel of the border, with the voxels' volume.
+/// returns  whether any does
+bool smooth_within_a_voxel(TriMesh& mesh, int rounds, double voxel, double volume, LabelSurface& made) {
+    const std::vector<Vec3> old = mesh.vertices;
+    for (; rounds > 0; rounds /= 2) {
+        smooth_surface(mesh, rounds);
+        set_volume(mesh, volume);
+        made.smoothing = 0.0;
+        for (std::size_t v = 0; v < old.size(); ++v) made.smoothing = std::max(made.smoothing, (mesh.vertices[v] - old[v]).norm());
+        if (made.smoothing <= voxel && std::abs(signed_volume(mesh) - volume) <= kVolumeError * volume) return true;
+        mesh.vertices = old;
+    }
+    made.smoothing = 0.0;
+    return false;
+}
+
+/// m; between the voxels' centres, halfway or by the averaged mask.
+TriMesh cut_surface(const LabelMask& mask, bool averaged) {
+    Box3 box;
+    box.add(Vec3::Zero());
+    box.add(Vec3(static_cast<double>(mask.size[0]), static_cast<double>(mask.size[1]), static_cast<double>(mask.size[2])));
+    TriMesh mesh = anatomy::polygonise(MaskField(mask, averaged), box, 1.0, std::numeric_limits<double>::infinity());
+    for (Vec3& v : mesh.vertices) v = mask.origin + mask.axes * v;
+    if (mask.axes.determinant() < 0.0)
+        for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    return mesh;
+}
+
 /// As few triangles as keep within `most` of the surface, everywhere; all of them where no try does.
 Result<void> decimate(const TriMesh& mesh, double most, LabelSurface& made) {
     double error = kFirstShare * most;
@@ -152,24 +182,15 @@ Result<LabelSurface> make_label_surface(const LabelMask& mask, const LabelSurfac
         if (progress) progress(what);
     };
     tell("cutting the surface out of the voxels");
-    Box3 box;
-    box.add(Vec3::Zero());
-    box.add(Vec3(static_cast<double>(mask.size[0]), static_cast<double>(mask.size[1]), static_cast<double>(mask.size[2])));
     LabelSurface made;
-    TriMesh mesh = anatomy::polygonise(MaskField(mask, options.smoothing > 0), box, 1.0, std::numeric_limits<double>::infinity());
+    TriMesh mesh = cut_surface(mask, options.smoothing > 0);
     if (mesh.triangles.empty()) return Error{ErrorCode::BadMesh, "the segment has no surface"};
-    const bool mirrored = mask.axes.determinant() < 0.0;
-    for (Vec3& v : mesh.vertices) v = mask.origin + mask.axes * v;
-    if (mirrored)
-        for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
     made.cut = mesh.triangles.size();
     made.mask_volume = static_cast<double>(mask.voxels) * std::abs(mask.axes.determinant());
     if (options.smoothing > 0) {
         tell("smoothing the surface");
-        const std::vector<Vec3> old = mesh.vertices;
-        smooth_surface(mesh, options.smoothing);
-        set_volume(mesh, made.mask_volume);
-        for (std::size_t v = 0; v < old.size(); ++v) made.smoothing = std::max(made.smoothing, (mesh.vertices[v] - old[v]).norm());
+        const double longest = std::max({mask.axes.col(0).norm(), mask.axes.col(1).norm(), mask.axes.col(2).norm()});
+        if (!smooth_within_a_voxel(mesh, options.smoothing, longest, made.mask_volume, made)) mesh = cut_surface(mask, false);
     }
     tell("taking triangles away that the error does not need");
     const double spacing = std::min({mask.axes.col(0).norm(), mask.axes.col(1).norm(), mask.axes.col(2).norm()});

@@ -10,7 +10,10 @@
 namespace trocar::engine {
 
 struct LabelSurfaceOptions {
-    double error = 0.4; // of the smallest spacing: farthest that the decimation may lead from the surface, anywhere
+    /// Of the smallest spacing: farthest that the decimation may lead from the surface, anywhere. It adds to what the voxels leave open: where a
+    /// wall runs along a row of voxel centres, the surface lies up to 0.42 voxels from it. With 0.2 radii stay within half a voxel; with 0.4
+    /// there are half as many triangles.
+    double error = 0.2;
     int smoothing = 10; // rounds; 0: the voxels' stairs
 };
 

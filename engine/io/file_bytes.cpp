@@ -73,11 +73,16 @@ namespace {
 
 enum class Beyond : std::uint8_t { IsAnError, IsLeftOut };
 
+/// Bytes that deflate makes of one, at most.
+constexpr std::size_t kMostUnfolded = 1032;
+
 Result<std::string> inflate_up_to(std::string_view packed, std::size_t max_bytes, Beyond beyond) {
     z_stream stream{};
     if (::inflateInit2(&stream, kGzipOrZlib) != Z_OK) return Error{ErrorCode::BadSyntax, "zlib could not start"};
     const std::unique_ptr<z_stream, StreamEnd> ender(&stream);
-    std::string text(std::min(max_bytes, packed.size() * 4 + 4096), '\0');
+    std::string text;
+    if (beyond == Beyond::IsLeftOut) text.reserve(std::min(max_bytes, packed.size() * kMostUnfolded + 4096)); // it is not copied as it grows
+    text.resize(std::min(max_bytes, packed.size() * 4 + 4096));
     std::size_t read = 0, written = 0;
     for (;;) {
         stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + read));

@@ -87,12 +87,27 @@ Result<std::filesystem::path> find_data_file(const std::filesystem::path& header
     return file;
 }
 
-Result<std::string> unpack_exactly(std::string_view packed, std::size_t bytes, const std::string& name) {
-    Result<std::string> data = inflate_prefix(packed, bytes);
-    if (!data.ok()) return Error{data.error().code, data.error().message, name};
-    if (data->size() < bytes)
-        return Error{ErrorCode::BadSyntax, fmt::format("unpacks to {} bytes; the header announces {}", data->size(), bytes), name};
-    return data;
+Result<void> take_voxels(LabelVolume& volume, std::string_view data, bool packed, std::size_t bytes, const std::string& name, const std::string& key) {
+    std::string unpacked;
+    if (packed) {
+        Result<std::string> all = inflate_prefix(data, bytes + kMostPadding + 1);
+        if (!all.ok()) return Error{all.error().code, fmt::format("{}; the header announces {} bytes", all.error().message, bytes), name};
+        unpacked = std::move(*all);
+        data = unpacked;
+    }
+    if (data.size() < bytes)
+        return Error{ErrorCode::BadSyntax, fmt::format("{} {} bytes of data; the header announces {}", packed ? "unpacks to" : "ends after", data.size(), bytes), name};
+    if (data.size() > bytes + kMostPadding)
+        return Error{ErrorCode::BadSyntax,
+                     fmt::format("more than {} bytes of data follow the {} that the header announces; expected sizes that fit the data", kMostPadding, bytes), name, 0, 0, key};
+    if (data.size() > bytes) volume.notes.push_back(fmt::format("{} bytes after the voxels are padding", data.size() - bytes));
+    if (!packed) {
+        volume.bytes = std::string(data.substr(0, bytes));
+        return {};
+    }
+    unpacked.resize(bytes);
+    volume.bytes = std::move(unpacked);
+    return {};
 }
 
 } // namespace volume

@@ -61,8 +61,14 @@ namespace volume {
 [[nodiscard]] Result<std::size_t> expected_bytes(const LabelVolume& volume, const std::string& name, const std::string& key);
 /// A data file named by a header: beside it, or in a folder beneath.
 [[nodiscard]] Result<std::filesystem::path> find_data_file(const std::filesystem::path& header, const std::string& named, const std::string& key);
-/// Unpacks one gzip or zlib stream, whose length is known.
-[[nodiscard]] Result<std::string> unpack_exactly(std::string_view packed, std::size_t bytes, const std::string& name);
+/// Bytes after the voxels that are taken for padding: files are filled up to blocks of 512 bytes. More of them, and the sizes are wrong.
+inline constexpr std::size_t kMostPadding = 512;
+/// Stores the bytes of all voxels; padding is left out, with a note.
+/// packed  as one gzip or zlib stream
+/// key     of the sizes, for messages
+/// fails   BadSyntax: fewer bytes, or more than with padding
+[[nodiscard]] Result<void> take_voxels(LabelVolume& volume, std::string_view data, bool packed, std::size_t bytes, const std::string& name,
+                                       const std::string& key);
 
 [[nodiscard]] Result<LabelVolume> read_nrrd(const std::filesystem::path& path, const std::string& bytes);
 [[nodiscard]] Result<LabelVolume> read_nifti(const std::filesystem::path& path, const std::string& bytes);

@@ -132,7 +132,7 @@ private:
         if (seen_ > kMostMarkupPoints) return bad(key + ".controlPoints", fmt::format("more than {} points in all", kMostMarkupPoints));
         auto radii = radii_of(json, key, points.size(), *unit);
         if (!radii.ok()) return radii.error();
-        for (std::size_t i = 0; i < points.size(); ++i) {
+        for (std::size_t i = 0; i < points.size(); ++i) { // their ids may stand twice: Slicer leaves them so where it joins curves
             if (points[i].is_object() && text_of(points[i], "positionStatus", "defined") != "defined") continue;
             const auto p = position_of(points[i], fmt::format("{}.controlPoints[{}]", key, i), *unit, *turn);
             if (!p.ok()) return p.error();

@@ -128,16 +128,7 @@ private:
             if (skipped > 0) data.remove_prefix(static_cast<std::size_t>(skipped));
             if (skipped == -1 && data.size() > total_) data.remove_prefix(data.size() - total_);
         }
-        if (flag("CompressedData")) {
-            Result<std::string> unpacked = unpack_exactly(data, total_, data_name);
-            if (!unpacked.ok()) return unpacked.error();
-            volume_.bytes = std::move(*unpacked);
-            return {};
-        }
-        if (data.size() < total_)
-            return Error{ErrorCode::BadSyntax, fmt::format("ends after {} bytes of data; the header announces {}", data.size(), total_), data_name};
-        volume_.bytes = std::string(data.substr(0, total_));
-        return {};
+        return take_voxels(volume_, data, flag("CompressedData"), total_, data_name, "DimSize");
     }
 
     const std::filesystem::path& path_;

@@ -143,14 +143,12 @@ private:
             if (!image.ok()) return image.error();
         }
         const auto begin = static_cast<std::size_t>(offset);
-        Result<std::string> data = take(pair_ ? std::string_view(*image) : std::string_view(bytes_), begin + total_, image_name);
+        Result<std::string> data = take(pair_ ? std::string_view(*image) : std::string_view(bytes_), begin + total_ + kMostPadding + 1, image_name);
         if (!data.ok()) return data.error();
         if (data->size() < begin + total_)
             return Error{ErrorCode::BadSyntax, fmt::format("ends after {} bytes; the header announces data from byte {} to {}", data->size(), begin, begin + total_),
                          image_name};
-        data->erase(0, begin);
-        volume_.bytes = std::move(*data);
-        return {};
+        return take_voxels(volume_, std::string_view(*data).substr(begin), false, total_, image_name, "dim");
     }
 
     const std::filesystem::path& path_;

@@ -244,13 +244,7 @@ private:
             data_name_ = name_;
         }
         if (const Result<void> skipped = skip(data, encoding); !skipped.ok()) return skipped;
-        if (encoding == "raw") return take_raw(data);
-        if (encoding == "gzip" || encoding == "gz") {
-            Result<std::string> unpacked = unpack_exactly(data, total_, data_name_);
-            if (!unpacked.ok()) return unpacked.error();
-            volume_.bytes = std::move(*unpacked);
-            return {};
-        }
+        if (encoding == "raw" || encoding == "gzip" || encoding == "gz") return take_voxels(volume_, data, encoding != "raw", total_, data_name_, "sizes");
         if (encoding == "ascii" || encoding == "text" || encoding == "txt") return take_text(data);
         return bad("encoding", fmt::format("found '{}'; expected raw, gzip or ascii", encoding));
     }
@@ -279,13 +273,6 @@ private:
         return {};
     }
 
-    Result<void> take_raw(std::string_view data) {
-        if (data.size() < total_)
-            return Error{ErrorCode::BadSyntax, fmt::format("ends after {} bytes of data; the header announces {}", data.size(), total_), data_name_};
-        volume_.bytes = std::string(data.substr(0, total_));
-        return {};
-    }
-
     Result<void> take_text(std::string_view data) {
         const std::size_t count = total_ / size_of(volume_.type);
         volume_.type = ScalarType::Float64;
@@ -302,6 +289,8 @@ private:
             volume_.bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
             data.remove_prefix(end);
         }
+        if (data.find_first_not_of(" \t\r\n,") != data.npos)
+            return Error{ErrorCode::BadSyntax, fmt::format("more numbers follow the {} that the header announces; expected sizes that fit the data", count), data_name_, 0, 0, "sizes"};
         return {};
     }
 

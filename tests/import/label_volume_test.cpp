@@ -185,13 +185,60 @@ TEST_F(LabelFiles, NameNoDataOutsideOfTheirFolder) {
     expect_refused(read_label_volume(write("inner/c.nhdr", nrrd_header(p, "raw", "data file: LIST\n"))), {"not a list"});
 }
 
-TEST_F(LabelFiles, ThatUnfoldWithoutEndAreReadUpToWhatTheirHeaderSays) {
+TEST_F(LabelFiles, ThatHoldMoreThanTheirHeaderAnnouncesAreRefusedUnlessItIsPadding) {
     const Phantom p = small_phantom(4);
-    const std::string bomb = gzip_bytes(p.voxels + std::string(std::size_t{64} << 20, '\0')).value();
-    const Result<LabelVolume> volume = read_label_volume(write("bomb.nrrd", nrrd_header(p, "gzip") + bomb));
+    const auto file = [&](const std::string& name, const std::string& more) {
+        const std::string voxels = p.voxels + more;
+        if (name == "a.nrrd") return write(name, nrrd_header(p, "raw") + voxels);
+        if (name == "b.nrrd") return write(name, nrrd_header(p, "gzip") + gzip_bytes(voxels).value());
+        if (name == "c.mha") return write(name, metaimage_header(p, "LOCAL") + voxels);
+        if (name == "d.nii") return write(name, nifti(p) + more);
+        return write(name, gzip_bytes(nifti(p) + more).value());
+    };
+    const std::pair<const char*, const char*> files[] = {{"a.nrrd", "sizes"}, {"b.nrrd", "sizes"}, {"c.mha", "DimSize"}, {"d.nii", "dim"}, {"e.nii.gz", "dim"}};
+    for (const auto& [name, key] : files) {
+        SCOPED_TRACE(name);
+        const Result<LabelVolume> padded = read_label_volume(file(name, std::string(512, '\1')));
+        ASSERT_TRUE(padded.ok()) << padded.error().to_string();
+        expect_same(*padded, p, 1e-4);
+        ASSERT_FALSE(padded->notes.empty());
+        EXPECT_EQ(padded->notes.back(), "512 bytes after the voxels are padding");
+        expect_refused(read_label_volume(file(name, std::string(513, '\1'))), {key, "more than 512 bytes of data follow the 210 that the header announces"});
+        expect_refused(read_label_volume(file(name, std::string(std::size_t{64} << 20, '\0'))), {key, "more than 512 bytes of data follow"}); // packed: a bomb
+    }
+    std::string text = nrrd_header(p, "ascii");
+    for (std::size_t v = 0; v <= p.voxels.size(); ++v) text += "1 ";
+    expect_refused(read_label_volume(write("f.nrrd", text)), {"sizes", "more numbers follow the 210"});
+}
+
+TEST_F(LabelFiles, OfTheOtherByteOrderAreRefusedUnlessALabelIsAskedFor) {
+    const Phantom p = small_phantom(7);
+    std::string voxels;
+    for (const char voxel : p.voxels) voxels += {voxel, '\0'};
+    const auto volume = [&](const char* endian) {
+        std::string header = nrrd_header(p, "raw", fmt::format("endian: {}\n", endian));
+        return read_label_volume(write("two.nrrd", replaced(header, "type: unsigned char", "type: ushort") + voxels));
+    };
+    const Result<LabelVolume> right = volume("little"), wrong = volume("big");
+    ASSERT_TRUE(right.ok() && wrong.ok());
+    EXPECT_TRUE(make_mask(*right, "1").ok());
+    const Result<LabelMask> refused = make_mask(*wrong, "");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().to_string().find("endian: all its labels are multiples of 256, the first is 256"), std::string::npos) << refused.error().to_string();
+    EXPECT_TRUE(make_mask(*wrong, "256").ok()) << "as it is";
+}
+
+TEST_F(LabelFiles, WithLayersButWithoutNamesTakeTheLayerAndTheNumber) {
+    const Phantom p = small_phantom(8);
+    std::string bytes = nifti(p) + p.voxels;
+    put<std::int16_t>(bytes, 40, 4);
+    put<std::int16_t>(bytes, 48, 2);
+    const Result<LabelVolume> volume = read_label_volume(write("layers.nii", bytes));
     ASSERT_TRUE(volume.ok()) << volume.error().to_string();
-    EXPECT_EQ(volume->bytes.size(), p.voxels.size()) << "no byte more than the header announces";
-    expect_same(*volume, p, 1e-9);
+    const Result<LabelMask> none = make_mask(*volume, "");
+    ASSERT_FALSE(none.ok());
+    EXPECT_NE(none.error().to_string().find("expected one of 0:1 (1), 0:2 (2), 1:1 (1), 1:2 (2)"), std::string::npos) << none.error().to_string();
+    EXPECT_TRUE(make_mask(*volume, "1:2").ok());
 }
 
 TEST_F(LabelFiles, ThatAreCutAnywhereNeverCrash) {

@@ -101,6 +101,18 @@ TEST(VesselEnds, OfAClosedSurfaceAreItsDeadEnds) {
     EXPECT_LT(other->entry.x(), -0.01) << "the end that was asked for";
 }
 
+TEST(VesselEnds, OfAClosedSurfaceBeginWithTheWidestAlsoWhereTheVesselIsWidestThere) {
+    const std::vector<anatomy::VesselBranch> branches{{{{0, 0, 0}, {0, 0, 0.04}, {0, 0, 0.05}}, {0.005, 0.0042, 0.004}},
+                                                      {{{0, 0, 0.045}, {0.006, 0, 0.06}, {0.02, 0, 0.09}}, {0.003, 0.003, 0.003}},
+                                                      {{{0, 0, 0.045}, {-0.006, 0, 0.06}, {-0.02, 0, 0.09}}, {0.002, 0.002, 0.002}}};
+    const Result<ImportedVessel> vessel = import_vessel(anatomy::make_vessels(branches, 1e-3, 8000).value(), {});
+    expect_imported(vessel);
+    ASSERT_EQ(vessel->ends.size(), 3u);
+    EXPECT_LT(vessel->ends[0].centre.norm(), 0.006) << "the inlet is the trunk's end";
+    EXPECT_GT(vessel->ends[0].radius, vessel->ends[1].radius);
+    EXPECT_GT(vessel->ends[1].radius, vessel->ends[2].radius);
+}
+
 TEST(VesselInstrument, IsADeviceOfTheCatalogueWhereOneIsNamed) {
     const trocar::TempFolder own;
     const ImportSource source{"vessel", "", {}};
