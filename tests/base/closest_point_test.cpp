@@ -3,6 +3,8 @@
 #include "test_meshes.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 using namespace trocar;
 using namespace trocar::test;
@@ -44,6 +46,24 @@ TEST(ClosestPoint, MatchesSamplingOnRandomTriangles) {
         const double sampled = sampled_distance(p, t);
         EXPECT_LE(std::sqrt(hit.distance_sq), sampled + 1e-12);
         EXPECT_NEAR(std::sqrt(hit.distance_sq), sampled, 1e-3);
+    }
+}
+
+/// Obtuse triangles and slivers, on whose far edges the nearest point lies although the point is beyond another one.
+TEST(ClosestPoint, IsThatOfTheNearestEdgeOrOfTheFace) {
+    Random random{78};
+    SCOPED_TRACE(random.trace());
+    for (int trial = 0; trial < 100000; ++trial) {
+        const Vec3 a = random.point(), along = random.point(), b = a + along;
+        const double thin = std::pow(10.0, random.uniform(-6.0, 0.0));
+        const Vec3 c = a + random.uniform(-2.0, 3.0) * along + thin * random.point();
+        const Vec3 p = a + std::pow(10.0, random.uniform(-3.0, 1.0)) * random.point() + random.uniform(-1.0, 2.0) * along;
+        const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
+        double edges_sq = std::numeric_limits<double>::infinity();
+        for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) edges_sq = std::min(edges_sq, closest_on_segment(p, {from, to}).distance_sq);
+        ASSERT_LE(hit.distance_sq, edges_sq) << trial;
+        const bool on_edge = std::min({hit.bary[0], hit.bary[1], hit.bary[2]}) == 0.0;
+        if (on_edge) ASSERT_EQ(hit.distance_sq, edges_sq) << trial;
     }
 }
 

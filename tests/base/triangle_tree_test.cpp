@@ -5,6 +5,9 @@
 #include "test_meshes.hpp"
 #include "tests/made/surfaces.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <set>
 
 using namespace trocar;
@@ -30,6 +33,35 @@ TEST(TriangleTree, ClosestPointEqualsBruteForceBeforeAndAfterARefit) {
         }
         for (Vec3& v : mesh.vertices) v += 0.1 * random.point();
         tree.refit(mesh.vertices);
+    }
+}
+
+/// On a regular surface many triangles are equally near: to points above its vertices and edges, and in its middle.
+TEST(TriangleTree, OfEquallyNearTrianglesTheLowestIsFoundWhateverBoundsTheSearch) {
+    Random random{12};
+    SCOPED_TRACE(random.trace());
+    for (TriMesh mesh : {make_sphere(3), make_torus(24, 12), make_cube()}) {
+        std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random.engine);
+        const TriangleTree tree(mesh);
+        for (int trial = 0; trial < 600; ++trial) {
+            const Triangle& above = mesh.triangles[static_cast<std::size_t>(trial) % mesh.triangles.size()];
+            const Vec3& v = mesh.vertices[above[0]];
+            const Vec3 p = trial % 3 == 0   ? Vec3(1.3 * v)
+                           : trial % 3 == 1 ? Vec3(0.45 * (v + mesh.vertices[above[1]]))
+                                            : Vec3(v + 1e-9 * random.point());
+            Index lowest = kNoIndex;
+            double least_sq = std::numeric_limits<double>::infinity();
+            for (Index t = 0; t < mesh.triangles.size(); ++t) {
+                const Triangle& c = mesh.triangles[t];
+                const double distance_sq = closest_on_triangle(p, mesh.vertices[c[0]], mesh.vertices[c[1]], mesh.vertices[c[2]]).distance_sq;
+                if (distance_sq < least_sq) least_sq = distance_sq, lowest = t;
+            }
+            for (const double bound : {std::numeric_limits<double>::infinity(), std::sqrt(least_sq) + 1e-9, 2.0 * std::sqrt(least_sq) + 1e-9}) {
+                const auto hit = tree.closest(p, bound);
+                ASSERT_TRUE(hit) << trial;
+                EXPECT_EQ(hit->triangle, lowest) << trial << " within " << bound;
+            }
+        }
     }
 }
 
