@@ -123,12 +123,12 @@ StepScratch make_scratch(const SceneModel& model, State& state, const StepScratc
 }
 
 void reserve_state(const SceneModel& model, State& state) {
-    std::size_t places = 0; // of surfaces whose depths decide
+    std::size_t solid_places = 0; // of surfaces whose depths decide
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) places += reserved_places(model.bodies[i]);
+        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) solid_places += reserved_places(model.bodies[i]);
     }
-    state.solids.entries.reserve(places);
-    state.solids.contacts.reserve(places);
+    state.solids.entries.reserve(solid_places);
+    state.solids.contacts.reserve(solid_places);
     state.solids.touching.reserve(kReservedContacts);
     if (const std::size_t nodes = count_meeting_nodes(model); nodes > 0) state.meetings.reserve(fem::kMeetingsPerNode * nodes);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
