@@ -131,7 +131,7 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     std::size_t size = 0;
     double best_sq = max_distance * max_distance, within_sq = best_sq * kAllEquallyNear;
     SurfacePoint best;
-    const auto distance_to = [&](Index id) {
+    const auto distance_to = [&](Index id) __attribute__((always_inline)) {
         const Box3& box = nodes_[id].box;
         return distance_sq(box.lo - slack_, box.hi + slack_, p);
     };

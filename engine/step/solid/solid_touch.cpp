@@ -122,8 +122,13 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
     const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
     const std::vector<Vec3>&at = way.surface(way.own), &faces = way.surface(way.other);
     const std::vector<std::uint8_t>& seen = way.solids.bodies[way.own].vertex_seen;
+    const std::vector<Index>& leaf_of = way.solids.bodies[way.own].leaf_of_triangle;
     for (const Index triangle : own.covering.tree.items_of(sphere))
         for (std::size_t k = 0; k < 3; ++k) {
+            const Index edge = own.topology.triangle_edges[triangle][k];
+            if (edge == kNoIndex) continue; // a corner that stands twice
+            const Index owner = own.topology.edge_owner[edge];
+            if (owner != triangle && leaf_of[owner] == sphere) continue; // beneath this sphere, too: it was its turn there
             const Triangle& t = own.surface.triangles[triangle];
             const Index v0 = std::min(t[k], t[(k + 1) % 3]), v1 = std::max(t[k], t[(k + 1) % 3]);
             if (seen[v0] == kInside || seen[v1] == kInside) continue;
