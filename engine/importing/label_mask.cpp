@@ -70,7 +70,7 @@ Result<void> check_byte_order(const LabelVolume& volume, const std::vector<Label
                  fmt::format("all its labels are multiples of 256, the first is {}: they were stored in the other byte order; expected {} endian numbers, or --label {} if "
                              "they are meant",
                              segments.front().value, volume.big ? "big" : "little", segments.front().value),
-                 {}, 0, 0, "endian"};
+                 {}, 0, 0, std::string(volume.order_key)};
 }
 
 std::string shown_segment(const LabelSegment& segment) {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trocar::engine {
@@ -35,6 +36,7 @@ struct LabelVolume {
 
     ScalarType type = ScalarType::UInt8;
     bool big = false;                             // most significant byte first
+    std::string_view order_key = "endian";        // of the file, that says so
     std::string bytes;                            // of all voxels
     std::size_t voxel_step = 1, layer_step = 0;   // elements from a voxel to the next, from a layer to the next
     double slope = 1.0, intercept = 0.0;          // of the numbers as they are stored

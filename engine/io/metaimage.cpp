@@ -64,6 +64,7 @@ private:
         if (!type) return bad("ElementType", fmt::format("found '{}'; expected MET_UCHAR, MET_SHORT, ...", field("ElementType")));
         volume_.type = *type;
         volume_.big = flag("BinaryDataByteOrderMSB") || flag("ElementByteOrderMSB");
+        volume_.order_key = "BinaryDataByteOrderMSB";
         if (!field("BinaryData").empty() && !flag("BinaryData")) return bad("BinaryData", "expected True: text is not read");
         std::vector<std::size_t> sizes;
         if (!parse_numbers(field("DimSize"), 3, sizes)) return bad("DimSize", "expected three integers");

@@ -61,6 +61,7 @@ private:
             return Error{ErrorCode::BadSyntax, fmt::format("ends after {} bytes; a NIfTI-1 header has {}", header_.size(), kNiftiHeader), name_};
         for (const bool big : {false, true}) {
             volume_.big = big;
+            volume_.order_key = "sizeof_hdr";
             if (whole(0, ScalarType::Int32) == static_cast<std::int64_t>(kNiftiHeader)) break;
             if (!big) continue;
             return Error{ErrorCode::BadSyntax,

@@ -226,6 +226,10 @@ TEST_F(LabelFiles, OfTheOtherByteOrderAreRefusedUnlessALabelIsAskedFor) {
     ASSERT_FALSE(refused.ok());
     EXPECT_NE(refused.error().to_string().find("endian: all its labels are multiples of 256, the first is 256"), std::string::npos) << refused.error().to_string();
     EXPECT_TRUE(make_mask(*wrong, "256").ok()) << "as it is";
+    const std::string meta = replaced(replaced(metaimage_header(p, "LOCAL"), "MET_UCHAR", "MET_USHORT"), "MSB = False", "MSB = True");
+    const Result<LabelVolume> most_first = read_label_volume(write("two.mha", meta + voxels));
+    ASSERT_TRUE(most_first.ok()) << most_first.error().to_string();
+    EXPECT_EQ(make_mask(*most_first, "").error().key, "BinaryDataByteOrderMSB") << "as the file calls it";
 }
 
 TEST_F(LabelFiles, WithLayersButWithoutNamesTakeTheLayerAndTheNumber) {
