@@ -18,7 +18,7 @@ public:
     void refit(std::span<const Vec3> vertices) noexcept { tree_.refit(vertices); }
 
     /// See TriangleTree.
-    void start_following(std::span<const Vec3> vertices) { tree_.start_following(vertices); }
+    void start_following(std::span<const Vec3> vertices, double loosest = 1.0) { tree_.start_following(vertices, loosest); }
     void follow(std::span<const Vec3> vertices) noexcept { tree_.follow(vertices); }
 
     /// How often the surface winds around p; 0 outside, and for a p that is not finite.

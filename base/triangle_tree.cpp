@@ -109,7 +109,7 @@ void TriangleTree::find_common_vertices() {
 
 void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
     now_ = {};
-    slack_.setZero();
+    ways_ = {Vec3::Zero(), Vec3::Zero()};
     left_ = 0;
     if (fitted_.size() == vertices.size()) std::copy(vertices.begin(), vertices.end(), fitted_.begin()); // a follow may come after
     fit_boxes(nodes_, 0, nodes_.size(), [&](Index slot) -> const std::array<Vec3, 3>& {
@@ -133,7 +133,7 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     SurfacePoint best;
     const auto distance_to = [&](Index id) __attribute__((always_inline)) {
         const Box3& box = nodes_[id].box;
-        return distance_sq(box.lo - slack_, box.hi + slack_, p);
+        return distance_sq(box.lo + ways_.lo, box.hi + ways_.hi, p);
     };
     stack[size++] = {0, distance_to(0)};
     while (size > 0) {

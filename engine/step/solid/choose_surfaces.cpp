@@ -22,26 +22,15 @@ std::optional<std::size_t> place_in(const std::vector<std::pair<Index, Index>>& 
     return static_cast<std::size_t>(at - list.begin());
 }
 
-void find_vertex_normals(const TriMesh& mesh, const std::vector<Vec3>& surface, std::vector<Vec3>& normals) {
-    normals.assign(surface.size(), Vec3::Zero());
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 area = twice_area(t, surface);
-        for (const Index v : t) normals[v] += area;
-    }
-    for (Vec3& n : normals) n = spheretree::direction_of(n);
-}
-
-/// Depths and vertex normals of this step, once for all bodies that one meets.
+/// What depths are measured with in this step, once for all bodies that one meets.
 void refresh(const SceneModel& model, const State& state, std::size_t body, SolidScratch& solids) {
     SolidBodyScratch& scratch = solids.bodies[body];
     if (scratch.surface_is_fresh) return;
     scratch.surface_is_fresh = true;
     if (model.bodies[body].moves()) {
-        scratch.inside.refit(state.bodies[body].surface);
+        scratch.inside.follow(state.bodies[body].surface);
         scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
     }
-    if (model.bodies[body].moves() || scratch.vertex_normal.empty())
-        find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);
 }
 
 /// Bodies whose surfaces there is reason to look at in this step, each two once.

@@ -48,6 +48,16 @@ NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<T
     return cone;
 }
 
+Vec3 normal_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
+                      std::span<const Vec3> positions) noexcept {
+    Vec3 sum = Vec3::Zero();
+    for (Index k = adjacency.vertex_begin[vertex]; k < adjacency.vertex_begin[vertex + 1]; ++k) {
+        const Triangle& t = triangles[adjacency.vertex_face[k]];
+        sum += (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
+    }
+    return spheretree::direction_of(sum);
+}
+
 NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index v0, Index v1,
                         std::span<const Vec3> positions) noexcept {
     const Index edge = collision::find_edge(topology, v0, v1);

@@ -36,6 +36,9 @@ struct NormalCone {
 /// positions [vertex_count] m
 [[nodiscard]] NormalCone cone_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
                                         std::span<const Vec3> positions) noexcept;
+/// Unit, area-weighted over the faces around it; as spheretree::direction_of where they have no area.
+[[nodiscard]] Vec3 normal_of_vertex(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, Index vertex,
+                                    std::span<const Vec3> positions) noexcept;
 /// edge   its index, or its two vertices
 [[nodiscard]] NormalCone cone_of_edge(const SurfaceAdjacency& adjacency, const collision::SurfaceTopology& topology, Index edge,
                                       std::span<const Vec3> positions) noexcept;

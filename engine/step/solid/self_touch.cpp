@@ -35,13 +35,14 @@ bool is_other_side(const Own& own, Index v, const Triangle& t, double reach) {
     return closest_on_triangle(rest[v], rest[t[0]], rest[t[1]], rest[t[2]]).distance_sq < reach * reach;
 }
 
-bool look_at(const Own& own, Index v, Index triangle, double deepest) {
+/// looking   unit, of the vertex
+bool look_at(const Own& own, Index v, const Vec3& looking, Index triangle, double deepest) {
     const Triangle& t = own.mesh().triangles[triangle];
     if (t[0] == v || t[1] == v || t[2] == v) return false;
     const std::vector<Vec3>& at = own.at();
     const std::array<Vec3, 3> corners{at[t[0]], at[t[1]], at[t[2]]};
     const Vec3 normal = spheretree::direction_of((corners[1] - corners[0]).cross(corners[2] - corners[0]));
-    if (!(own.solids.bodies[own.body].vertex_normal[v].dot(normal) < kFacing)) return false;
+    if (!(looking.dot(normal) < kFacing)) return false;
     const auto hit = closest_on_triangle(at[v], corners[0], corners[1], corners[2]);
     const double distance = std::sqrt(hit.distance_sq);
     const double height = normal.dot(at[v] - hit.point);
@@ -70,6 +71,7 @@ bool test_beneath(const Own& own, Index leaf) {
         for (const Index v : own.mesh().triangles[mine]) {
             if (scratch.vertex_seen[v] != 0) continue;
             scratch.vertex_seen[v] = 1;
+            const Vec3 looking = normal_of_vertex(scratch.adjacency, own.mesh().triangles, v, own.at());
             Box3 box;
             box.add(own.at()[v]);
             box.inflate(sphere.radius + own.model.contact.margin + (own.at()[v] - own.at_t0()[v] - scratch.motion.mean).norm() +
@@ -78,7 +80,7 @@ bool test_beneath(const Own& own, Index leaf) {
                 const spheretree::Sphere& other = tree.spheres[scratch.leaf_of_triangle[triangle]];
                 const double apart = sphere.radius + other.radius + own.model.contact.margin;
                 if ((sphere.centre - other.centre).squaredNorm() <= apart * apart) return;
-                touched = look_at(own, v, triangle, sphere.radius) || touched;
+                touched = look_at(own, v, looking, triangle, sphere.radius) || touched;
             });
         }
     return touched;

@@ -64,7 +64,7 @@ bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
 
 /// Does a vertex look at this face of the other? Sheets that meet look at each other.
 bool looks_at(const OneWay& way, Index vertex, Index face) {
-    return unit_normal(way.surface(way.other), way.face(face)).dot(way.solids.bodies[way.own].vertex_normal[vertex]) < kFacing;
+    return unit_normal(way.surface(way.other), way.face(face)).dot(way.looking(vertex)) < kFacing;
 }
 
 /// Round a corner from the side it came by another one is nearer: a table's vertex at the rim of a

@@ -35,6 +35,10 @@ struct OneWay {
     /// m; how much farther than in the last step the two may come against each other, as far as that is known.
     [[nodiscard]] double known_change() const { return (solids.bodies[own].change - solids.bodies[other].change).norm(); }
     [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
+    /// Unit; where a vertex of its own looks to.
+    [[nodiscard]] Vec3 looking(Index vertex) const {
+        return normal_of_vertex(solids.bodies[own].adjacency, model.bodies[own].surface.triangles, vertex, surface(own));
+    }
 };
 
 /// In a list by key; nullptr: nobody remembers that this vertex is in.

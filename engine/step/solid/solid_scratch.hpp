@@ -68,12 +68,11 @@ struct SolidBodyScratch {
     std::vector<spheretree::Sphere> self_spheres;    // as `spheres`, of bodies that touch themselves, as their own mean motion sees them
     std::vector<Vec3> surface_behind, surface_ahead; // [vertex_count] m, where they came from, and where they may go
     std::vector<Index> deepest;                      // [sphere_count]
-    std::vector<Vec3> vertex_normal;                 // [vertex_count] area-weighted, of bodies that touch
     std::vector<std::uint8_t> vertex_seen;           // [vertex_count]
     std::vector<std::uint8_t> sphere_seen;           // [sphere_count] 1: its surface was granted, 2: its edges were looked at
     std::vector<Index> leaf_of_triangle;             // [triangle_count] of closed bodies
     std::vector<SelfNear> self_near;                 // [vertex_count] of bodies that touch themselves
-    bool surface_is_fresh = false;                   // inside, vertex_normal and motion are those of this step
+    bool surface_is_fresh = false;                   // inside and motion are those of this step
     SurfaceTravel motion;                            // of those that may touch
     Vec3 coming = Vec3::Zero();                      // m, where its path takes a kinematic one in the next step
     Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one

@@ -23,6 +23,8 @@ namespace {
 
 /// Pairs of bodies that the list of those who meet holds without growing.
 constexpr std::size_t kReservedPairs = 4096;
+/// Of a triangle's extent: surfaces of solids are asked for many places in a step.
+constexpr double kLoosest = 0.1;
 
 } // namespace
 
@@ -36,7 +38,8 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
         solids.bodies[i].inside = InsideTest(model.bodies[i].surface);
         solids.bodies[i].adjacency = make_adjacency(model.bodies[i].topology);
         places += reserved_places(model.bodies[i]);
-        solids.bodies[i].inside.refit(state.bodies[i].surface);
+        InsideTest& inside = solids.bodies[i].inside;
+        model.bodies[i].moves() ? inside.start_following(state.bodies[i].surface, kLoosest) : inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
         solids.bodies[i].leaf_of_triangle.assign(model.bodies[i].surface.triangles.size(), kNoIndex);
         for (Index s = 0; s < tree.sphere_count(); ++s)

@@ -56,7 +56,7 @@ NormalCone cone_at(const OneWay& way, Index v) {
 /// turn_touch of what is outside, which also lies on the side that the vertex looks to: a sharp corner does so far from its mean normal.
 bool turn_to_meet(const OneWay& way, Index v, const NormalCone& own, const SurfacePoint& at, const Vec3& place, Contact& touch) {
     const bool looks_at = -touch.normal.dot(own.axis) >= own.cosine;
-    return turn_touch(way, own, at, place, touch) && (looks_at || !(touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing));
+    return turn_touch(way, own, at, place, touch) && (looks_at || !(touch.normal.dot(way.looking(v)) > kFacing));
 }
 
 /// m; the way of a vertex in the next step against a place of the other surface, if both go on as in this one.
@@ -74,7 +74,7 @@ Contact make_coming_touch(const OneWay& way, Index v, const Vec3& place, const V
     const Vec3 fall = way.solids.bodies[way.own].fall - way.solids.bodies[way.other].fall;
     if (const auto end = way.solids.bodies[way.other].inside.tree().closest(place + path - fall)) {
         const Vec3 at_end = face_normal(there, way.face(end->triangle));
-        const Vec3& own = way.solids.bodies[way.own].vertex_normal[v];
+        const Vec3 own = way.looking(v);
         if (!(normal.dot(own) < kFacing) && at_end.dot(own) < kFacing && at_end.dot(normal) > kFarSide) in = *end, normal = at_end;
     }
     in.distance = normal.dot(place - in.point); // of the face's plane, where it was along the path
