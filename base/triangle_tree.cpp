@@ -53,7 +53,9 @@ int shifted_orient2d(const Point2& a, const Point2& b, const Point2& p) noexcept
 
 void TriangleTree::build(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
     nodes_.clear();
-    fitted_.clear(), renewing_.clear(), renewed_.clear();
+    ways_.assign(1, {Vec3::Zero(), Vec3::Zero()});
+    parts_.clear(), part_box_.clear(), part_vertex_.clear(), fitted_.clear(), above_.clear();
+    vertex_count_ = 0;
     const std::size_t count = triangles.size();
     order_.resize(count);
     std::iota(order_.begin(), order_.end(), Index{0});
@@ -109,9 +111,9 @@ void TriangleTree::find_common_vertices() {
 
 void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
     now_ = {};
-    ways_ = {Vec3::Zero(), Vec3::Zero()};
-    left_ = 0;
-    if (fitted_.size() == vertices.size()) std::copy(vertices.begin(), vertices.end(), fitted_.begin()); // a follow may come after
+    for (Box3& ways : ways_) ways = {Vec3::Zero(), Vec3::Zero()};
+    if (vertices.size() == vertex_count_) // a follow may come after
+        for (std::size_t k = 0; k < fitted_.size(); ++k) fitted_[k] = vertices[part_vertex_[k]];
     fit_boxes(nodes_, 0, nodes_.size(), [&](Index slot) -> const std::array<Vec3, 3>& {
         for (std::size_t k = 0; k < 3; ++k) {
             assert(triangles_[slot][k] < vertices.size());
@@ -132,8 +134,8 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     double best_sq = max_distance * max_distance, within_sq = best_sq * kAllEquallyNear;
     SurfacePoint best;
     const auto distance_to = [&](Index id) __attribute__((always_inline)) {
-        const Box3& box = nodes_[id].box;
-        return distance_sq(box.lo + ways_.lo, box.hi + ways_.hi, p);
+        const Box3 box = opened(nodes_[id]);
+        return distance_sq(box.lo, box.hi, p);
     };
     stack[size++] = {0, distance_to(0)};
     while (size > 0) {

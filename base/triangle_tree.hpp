@@ -31,13 +31,13 @@ public:
     void refit(std::span<const Vec3> vertices) noexcept;
 
     /// Allocates what follow() needs, and refits.
-    /// loosest   of the mean extent of a triangle: boxes that are open by more are all fitted anew. With 1, few queries of each surface cost
-    ///           least; with 0.1 many, which then enter hardly more leaves than of a fitted tree (heap.json: 0.4 costs 8 % more)
+    /// loosest   of the mean extent of a triangle: parts that are open by more are fitted anew. With 1, few queries of each surface cost
+    ///           least; with 0.1 many, which then enter hardly more leaves than of a fitted tree
     void start_following(std::span<const Vec3> vertices, double loosest = 1.0);
-    /// The same as refit for a surface that changes little from call to call, at a fraction of the cost: boxes stay as they were, moved and
-    /// opened by how vertices have moved since, and are renewed a part in each call, faster where they open. What moves as a whole opens none.
-    /// Corners are read where they are: `vertices` must live until the next call of this or of refit. Same answers to every query, but that
-    /// equally near points of closest() may be told apart by rounding. After start_following, or it refits; no allocation.
+    /// The same as refit for a surface that changes little from call to call, at a fraction of the cost: boxes stay as they were, each part of
+    /// the surface (some 200 triangles) moved and opened by how its vertices have moved since, and are renewed where they open: what moves
+    /// as a whole opens none. Corners are read where they are: `vertices` must live until the next call of this or of refit. Same answers to
+    /// every query, but that equally near points of closest() may be told apart by rounding. After start_following, or it refits; no allocation.
     void follow(std::span<const Vec3> vertices) noexcept;
 
     /// Nearest point of the surface within max_distance; of equally near triangles the one with the lowest id.
@@ -70,7 +70,7 @@ public:
         while (size > 0) {
             const Index id = stack[--size];
             const Node& node = nodes_[id];
-            if (shares(common_[id]) || !node.box.overlaps(box)) continue;
+            if (shares(common_[id]) || !opened(node).overlaps(box)) continue;
             if (node.count == 0) {
                 stack[size++] = node.first;
                 stack[size++] = id + 1;
@@ -99,15 +99,23 @@ public:
 
     [[nodiscard]] bool empty() const noexcept { return order_.empty(); }
     [[nodiscard]] std::size_t triangle_count() const noexcept { return order_.size(); }
-    /// Of all triangles; of all vertices, if it follows them.
-    [[nodiscard]] Box3 bounds() const noexcept { return now_.empty() ? (nodes_.empty() ? Box3{} : nodes_.front().box) : bounds_; }
+    /// Of all triangles, whatever it follows.
+    [[nodiscard]] Box3 bounds() const noexcept { return nodes_.empty() ? Box3{} : box_now(0); }
 
 private:
     struct Node {
         Box3 box;
         Index first = 0; // leaf: first slot; inner: right child (the left one follows its parent)
         Index count = 0; // leaf: slots; inner: 0
+        Index part = 0;  // of ways_
     };
+    /// A part of the surface that a following tree opens and renews by itself. The first stands for all nodes that are not beneath one: fitted
+    /// in every call, or trees that do not follow.
+    struct Part {
+        Index node_begin = 0, node_end = 0;     // the topmost one first
+        Index vertex_begin = 0, vertex_end = 0; // of part_vertex_ and fitted_
+    };
+    static constexpr std::size_t kPartSize = 256; // triangles at most
     static constexpr Index kLeafSize = 4;        // triangles per leaf: a box test costs about a quarter of a triangle test
     static constexpr std::size_t kMaxDepth = 64; // median splits halve: 2^32 triangles need 32 levels
 
@@ -133,9 +141,6 @@ private:
             node.box = box;
         }
     }
-    static void fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
-                          std::span<const Vec3> vertices) noexcept;
-    void renew_part(double share) noexcept;
 
     template <class Enter, class Leaf>
     void walk(Enter&& enter, Leaf&& leaf) const {
@@ -146,7 +151,7 @@ private:
         while (size > 0) {
             const Index id = stack[--size];
             const Node& node = nodes_[id];
-            if (!enter(opened(node.box))) continue;
+            if (!enter(opened(node))) continue;
             if (node.count > 0) {
                 for (Index slot = node.first; slot < node.first + node.count; ++slot)
                     if (enter(triangle_box(slot))) leaf(slot);
@@ -166,13 +171,19 @@ private:
         const Triangle& t = triangles_[slot];
         return {now_[t[0]], now_[t[1]], now_[t[2]]};
     }
-    [[nodiscard]] Box3 opened(const Box3& box) const noexcept {
-        Box3 moved = box;
-        moved.lo += ways_.lo;
-        moved.hi += ways_.hi;
-        return moved;
+    [[nodiscard]] Box3 opened(const Node& node) const noexcept {
+        const Box3& ways = ways_[node.part];
+        return {node.box.lo + ways.lo, node.box.hi + ways.hi};
     }
-    void find_ways() noexcept;
+    /// Of what is above the parts, or the topmost of one.
+    [[nodiscard]] Box3 box_now(Index id) const noexcept {
+        const Node& node = nodes_[id];
+        return node.part == 0 || now_.empty() ? node.box : part_box_[node.part];
+    }
+    /// Finds the part's ways and its box as it is now.
+    void look_at(const Part& part, Box3& ways, Box3& box) const noexcept;
+    /// Fits the part's boxes to where its vertices are now.
+    void renew(const Part& part, Box3& ways) noexcept;
 
     std::vector<Node> nodes_;                  // depth-first, root first
     std::vector<Triangle> common_;             // [node] vertices of all triangles beneath, the rest kNoIndex; empty unless asked for
@@ -180,14 +191,17 @@ private:
     std::vector<Triangle> triangles_;          // [slot] vertex ids, kept for refits
     std::vector<std::array<Vec3, 3>> corners_; // [slot] m, unless it follows
 
-    // A tree that follows: nodes_ hold the surface as it was at fitted_, renewed_ is becoming that of renewing_.
-    std::span<const Vec3> now_;           // [vertex] m, where corners are read; empty: from corners_
-    Box3 ways_{Vec3::Zero(), Vec3::Zero()}; // m, of all vertices since nodes_ were fitted
-    Box3 bounds_;                         // m, of all vertices of now_
-    double loosest_ = 0.0;                // m, opening at which everything is fitted anew at once
-    std::vector<Vec3> fitted_, renewing_; // [vertex] m
-    std::vector<Node> renewed_;           // as nodes_
-    std::size_t left_ = 0;                // nodes of renewed_ that are not fitted yet; 0: nothing is under way
+    // A tree that follows: what is beneath a part holds the surface as it was at fitted_.
+    std::span<const Vec3> now_;       // [vertex] m, where corners are read; empty: from corners_
+    std::size_t vertex_count_ = 0;    // of those it follows
+    std::vector<Part> parts_;         // but for the first
+    std::vector<Box3> ways_;          // [1 + parts] m, by which nodes are moved and opened; the first stays 0
+    std::vector<Box3> part_box_;      // [1 + parts] m, of now_
+    std::vector<Index> part_vertex_;  // each once in a part
+    std::vector<Vec3> fitted_;        // [part_vertex_] m
+    std::vector<Index> above_;        // nodes above the parts, children first
+    double loosest_ = 0.0;            // m, opening at which a part is fitted anew
+    std::size_t next_ = 0;            // part that is the first to be renewed early
 };
 
 } // namespace trocar
