@@ -20,6 +20,8 @@ public:
     /// See TriangleTree.
     void start_following(std::span<const Vec3> vertices, double loosest = 1.0) { tree_.start_following(vertices, loosest); }
     void follow(std::span<const Vec3> vertices) noexcept { tree_.follow(vertices); }
+    void follow_loosely(std::span<const Vec3> vertices) noexcept { tree_.follow_loosely(vertices); }
+    void renew_within(const Box3& box) noexcept { tree_.renew_within(box); }
 
     /// How often the surface winds around p; 0 outside, and for a p that is not finite.
     [[nodiscard]] int winding_number(const Vec3& p) const noexcept;

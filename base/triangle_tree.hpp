@@ -39,6 +39,9 @@ public:
     /// as a whole opens none. Corners are read where they are: `vertices` must live until the next call of this or of refit. Same answers to
     /// every query, but that equally near points of closest() may be told apart by rounding. After start_following, or it refits; no allocation.
     void follow(std::span<const Vec3> vertices) noexcept;
+    /// The same, but for parts that have opened: but for some, they stay open until renew_within says that there will be queries in them.
+    void follow_loosely(std::span<const Vec3> vertices) noexcept;
+    void renew_within(const Box3& box) noexcept;
 
     /// Nearest point of the surface within max_distance; of equally near triangles the one with the lowest id.
     /// Empty where nothing is that near, the tree is empty, or p is not finite.
@@ -184,6 +187,9 @@ private:
     void look_at(const Part& part, Box3& ways, Box3& box) const noexcept;
     /// Fits the part's boxes to where its vertices are now.
     void renew(const Part& part, Box3& ways) noexcept;
+    void find_ways(std::span<const Vec3> vertices) noexcept;
+    void renew_early() noexcept;
+
 
     std::vector<Node> nodes_;                  // depth-first, root first
     std::vector<Triangle> common_;             // [node] vertices of all triangles beneath, the rest kNoIndex; empty unless asked for

@@ -88,25 +88,43 @@ void TriangleTree::renew(const Part& part, Box3& ways) noexcept {
     ways = {Vec3::Zero(), Vec3::Zero()};
 }
 
-void TriangleTree::follow(std::span<const Vec3> vertices) noexcept {
-    if (vertices.size() != vertex_count_ || vertices.empty()) return refit(vertices); // start_following() was not called
+void TriangleTree::find_ways(std::span<const Vec3> vertices) noexcept {
     now_ = vertices;
-    std::size_t early = parts_.size() / kRenewedEarly + 1;
     for (std::size_t k = 0; k < parts_.size(); ++k) look_at(parts_[k], ways_[k + 1], part_box_[k + 1]);
-    for (std::size_t tried = 0; tried < parts_.size(); ++tried) {
-        const std::size_t k = (next_ + tried) % parts_.size();
-        const double opening = opening_of(ways_[k + 1]);
-        const bool must = !(opening <= loosest_); // also where a vertex is not finite: boxes without it, as refit makes them
-        if (!must && (early == 0 || !(opening > kRenewFrom * loosest_))) continue;
-        renew(parts_[k], ways_[k + 1]);
-        if (must) continue;
-        --early;
-        next_ = k + 1;
-    }
     for (const Index id : above_) {
         nodes_[id].box = box_now(id + 1);
         nodes_[id].box.add(box_now(nodes_[id].first));
     }
+}
+
+/// Some of those that will be due before long.
+void TriangleTree::renew_early() noexcept {
+    std::size_t left = parts_.size() / kRenewedEarly + 1;
+    for (std::size_t tried = 0; tried < parts_.size() && left > 0; ++tried) {
+        const std::size_t k = (next_ + tried) % parts_.size();
+        if (!(opening_of(ways_[k + 1]) > kRenewFrom * loosest_)) continue;
+        renew(parts_[k], ways_[k + 1]);
+        --left;
+        next_ = k + 1;
+    }
+}
+
+void TriangleTree::renew_within(const Box3& box) noexcept {
+    if (now_.empty()) return;
+    for (std::size_t k = 0; k < parts_.size(); ++k) // not <=: where a vertex is not finite, boxes without it, as refit makes them
+        if (!(opening_of(ways_[k + 1]) <= loosest_) && part_box_[k + 1].overlaps(box)) renew(parts_[k], ways_[k + 1]);
+}
+
+void TriangleTree::follow_loosely(std::span<const Vec3> vertices) noexcept {
+    if (vertices.size() != vertex_count_ || vertices.empty()) return refit(vertices); // start_following() was not called
+    find_ways(vertices);
+    renew_early();
+}
+
+void TriangleTree::follow(std::span<const Vec3> vertices) noexcept {
+    follow_loosely(vertices);
+    for (std::size_t k = 0; k < parts_.size() && !now_.empty(); ++k)
+        if (!(opening_of(ways_[k + 1]) <= loosest_)) renew(parts_[k], ways_[k + 1]);
 }
 
 } // namespace trocar

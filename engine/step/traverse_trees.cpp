@@ -63,13 +63,14 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
     const double carrying = std::max(kMostKept * budget.limit_s(), budget.forecast(StepPart::Renew).reserve_s());
     double after = std::min(budget.forecast(StepPart::Respond).reserve_s(), carrying);
     budget.keep_back(after);
-    const std::uint64_t surfaces = budget.surfaces_share_units(forecast_surfaces(model, state, solids));
-    const double surfaces_s = budget.surfaces_share_s(surfaces);
+    const SurfaceNeed need = forecast_surfaces(model, state, solids);
+    const std::uint64_t surfaces = budget.surfaces_share_units(need);
+    const double surfaces_s = budget.surfaces_share_s(need);
     after += surfaces_s;
     budget.keep_back(surfaces_s, surfaces);
     if (!live.coarse_contact) return;
     report.effects.note(effects::coarse_contact);
-    const double listing = after + budget.forecast(StepPart::List).reserve_s();
+    const double listing = after + budget.least_listing_s();
     budget.keep_back(listing, surfaces);
     descent.begin(model.contact.margin);
     add_solid_pairs(model, solids, descent, report);

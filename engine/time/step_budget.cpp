@@ -13,7 +13,7 @@ constexpr std::uint64_t kLargestGrant = 4096;
 /// Of the time that is left, a grant takes this share until it would be this small: units that
 /// cost five times what the last ones did are seen before the time is gone.
 constexpr double kGrantShare = 0.125;
-constexpr std::uint64_t kSmallestShare = 8;
+constexpr std::uint64_t kSmallestShare = 32;
 /// Grants that spent less measure the clock more than the tests: they update no rate.
 constexpr std::uint64_t kSmallestLesson = 32, kFewPlaces = 8;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
@@ -24,11 +24,14 @@ constexpr double kAlarm = 0.5;
 constexpr double kFallingDescent = 0.05;
 /// What takes more units than this at once is done in one piece (a sphere's wall links), and is granted by itself: a unit of it costs
 /// ten times as much as one of a test.
-constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > kSmallestShare; }
+constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > 8; }
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
 /// Of what is done in one piece: nothing ends it early.
 constexpr double kPieceReserve = 1.25;
+/// Of the budget, one part in so many for the solver: what it is not given leaves speeds of approach, but what surfaces are not given leaves
+/// places out, and these are more of a force's error (two_organs: of an exact step's charge the solver has a third).
+constexpr unsigned kRowsShare = 3;
 /// An abandoned stage would have cost more than it was given; how much more is unknown.
 constexpr double kAbandonedCost = 1.5;
 /// Per step in which the exact stage was not tried its stored number of candidates decays by this factor, as CostForecast::fade.
@@ -185,13 +188,13 @@ void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
 
 void StepBudget::learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept {
     if (pairs < kSmallestLesson) return;
-    learn(rate, part_took_s_[static_cast<std::size_t>(part)] / static_cast<double>(pairs), kFallingDescent, 1.0);
+    learn(rate, part_took_s_[static_cast<std::size_t>(part)] / static_cast<double>(pairs));
 }
 
-double StepBudget::surfaces_share_s(std::uint64_t need) const noexcept {
+double StepBudget::surfaces_share_s(const SurfaceNeed& need) const noexcept {
     const double left = left_s();
-    if (limits_.mode != BudgetMode::Wall || need == 0 || !(left > 0.0)) return 0.0;
-    return std::min(std::max(forecast(StepPart::Surfaces).reserve_s(), static_cast<double>(need) * query_s_per_unit_), 0.5 * left);
+    if (limits_.mode != BudgetMode::Wall || !(left > 0.0)) return 0.0;
+    return std::min(static_cast<double>(need.made_ready) * kPieceReserve * surface_s_per_unit_ + static_cast<double>(need.places) * query_s_per_unit_, 0.5 * left);
 }
 
 double StepBudget::median_of_last() const noexcept {
@@ -217,8 +220,8 @@ void StepBudget::settle_surfaces(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
     const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
-    learn(granted_piece_ ? surface_s_per_unit_ : query_s_per_unit_, measured, kFallingDescent, 1.0);
-    if (!granted_piece_) return;
+    if (!granted_piece_) return learn(query_s_per_unit_, measured); // one grant of many: a late one is made up for by the next ones
+    learn(surface_s_per_unit_, measured, kFallingDescent, 1.0);
     if (surfaces_measured_ == 0) surface_last_.fill(measured);
     surface_last_[surfaces_measured_++ % surface_last_.size()] = measured;
 }
@@ -261,8 +264,8 @@ WorkBudget StepBudget::grant_rows() {
     rows_timed_units_ = 0;
     return WorkBudget(tape_.decide(DecisionKind::Rows, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
-        if (limits_.mode == BudgetMode::Work) return limits_.work_units / 2 / kUnitsPerRow;
-        return static_cast<std::uint64_t>(std::min(0.5 * limits_.wall_s / row_s_per_unit_ / static_cast<double>(kUnitsPerRow), 1e15));
+        if (limits_.mode == BudgetMode::Work) return limits_.work_units / kRowsShare / kUnitsPerRow;
+        return static_cast<std::uint64_t>(std::min(limits_.wall_s / kRowsShare / row_s_per_unit_ / static_cast<double>(kUnitsPerRow), 1e15));
     }));
 }
 

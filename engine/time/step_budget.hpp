@@ -38,13 +38,19 @@ inline constexpr std::size_t kStepPartCount = 12;
 inline constexpr std::uint64_t kUnitsPerCandidate = 6;
 inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
 /// Of the surfaces of solids: a triangle's boxes and normals, a triangle beneath a leaf (its vertices and edges against the other surface),
-/// a pair of leaves in the list, a query for the closest point; and one place of a contact's solve, once.
-inline constexpr std::uint64_t kUnitsPerSurfaceTriangle = 6, kUnitsPerLeafTriangle = 60, kUnitsPerLeafPair = 10, kUnitsPerQuery = 60, kUnitsPerRow = 1;
+/// a query for the closest point; and one place of a contact's solve, once.
+inline constexpr std::uint64_t kUnitsPerSurfaceTriangle = 1, kUnitsPerLeafTriangle = 60, kUnitsPerQuery = 60, kUnitsPerRow = 1;
 
 /// What the exact stage is expected to do: the numbers of its last run.
 struct ExactForecast {
     std::uint64_t candidates = 0;
     std::uint64_t triangles = 0;      // of the skins: their boxes are refitted in every round
+};
+
+/// What the surfaces of solids will ask for, units.
+struct SurfaceNeed {
+    std::uint64_t made_ready = 0; // in pieces
+    std::uint64_t places = 0;     // beneath leaves
 };
 
 class StepBudget {
@@ -75,20 +81,26 @@ public:
     [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
     /// From now on this much is reserved from every grant, for what must follow within the budget: seconds in mode Wall, units in mode Work.
     void keep_back(double seconds, std::uint64_t units = 0) noexcept { kept_back_s_ = seconds, kept_back_units_ = units; }
+    /// s; what is kept for listing pairs before it is known how many there are.
+    [[nodiscard]] double least_listing_s() const noexcept {
+        return std::min(forecast(StepPart::List).reserve_s(), margin_s());
+    }
     /// s; what listing so many pairs will take, and holding them if they are left: by what the last lists took.
-    [[nodiscard]] double listing_s(std::uint64_t pairs) const noexcept { return static_cast<double>(pairs) * (list_s_per_pair_ + hold_s_per_pair_); }
+    [[nodiscard]] double listing_s(std::uint64_t pairs) const noexcept {
+        return kListed * static_cast<double>(pairs) * (list_s_per_pair_ + hold_s_per_pair_) + margin_s();
+    }
     [[nodiscard]] double holding_s(std::uint64_t pairs) const noexcept {
-        return static_cast<double>(pairs) * hold_s_per_pair_ + (limits_.mode == BudgetMode::Wall ? kMargin * limits_.wall_s : 0.0);
+        return kListed * static_cast<double>(pairs) * hold_s_per_pair_ + margin_s();
     }
     /// So many pairs were listed, and so many were held or left, in the last part of that kind.
     void learn_listing(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::List, pairs, list_s_per_pair_); }
     void learn_holding(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::Holds, pairs, hold_s_per_pair_); }
-    /// What the surfaces of solids may ask of what is left, by what they cost lately (mode Wall) or will cost (units, mode Work): half at most.
-    [[nodiscard]] double surfaces_share_s(std::uint64_t need) const noexcept;
-    [[nodiscard]] std::uint64_t surfaces_share_units(std::uint64_t need) const noexcept { return std::min(need, units_left() / 2); }
+    /// What the surfaces of solids may ask of what is left, for so much that they are known to need: half at most.
+    [[nodiscard]] double surfaces_share_s(const SurfaceNeed& need) const noexcept;
+    [[nodiscard]] std::uint64_t surfaces_share_units(const SurfaceNeed& need) const noexcept { return std::min(need.made_ready + need.places, units_left() / 2); }
 
-    /// Places times iterations that the solves of a step's contact may take, half of the budget at most; each solve has its least number all
-    /// the same.
+    /// Places times iterations that the solves of a step's contact may take, a third of the budget at most; each solve has its least number
+    /// all the same.
     [[nodiscard]] WorkBudget grant_rows();
     /// A solve over so many places; small ones are charged by the rate of the others, since reading the clock would take as long.
     /// more   it does more than iterate, which is charged and says nothing of the rate
@@ -148,6 +160,9 @@ private:
     static constexpr unsigned kLeastPatience = 4, kMostPatience = 2048; // steps
     /// Of the budget: what follows the surfaces is no steadier than that.
     static constexpr double kMargin = 0.08;
+    /// Of what listing and holding pairs take: choosing among them and reporting them, which are not measured by themselves, and a reserve.
+    static constexpr double kListed = 1.6;
+    [[nodiscard]] double margin_s() const noexcept { return limits_.mode == BudgetMode::Wall ? kMargin * limits_.wall_s : 0.0; }
     void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
     [[nodiscard]] double median_of_last() const noexcept;
     [[nodiscard]] double left_s() const noexcept;
@@ -181,7 +196,7 @@ private:
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
     double piece_s_per_unit_ = 100e-9;   // s, of what is done in one piece
-    double query_s_per_unit_ = 15e-9, surface_s_per_unit_ = 25e-9, row_s_per_unit_ = 2e-9; // s, of surfaces and of contact's solves
+    double query_s_per_unit_ = 15e-9, surface_s_per_unit_ = 10e-9, row_s_per_unit_ = 2e-9; // s, of surfaces and of contact's solves
     std::array<double, 4> surface_last_{}; // s, the last that were measured; 0: none was
     std::size_t surfaces_measured_ = 0;
     bool granted_piece_ = false;

@@ -28,9 +28,20 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Soli
     if (scratch.surface_is_fresh) return;
     scratch.surface_is_fresh = true;
     if (model.bodies[body].moves()) {
-        scratch.inside.follow(state.bodies[body].surface);
+        scratch.inside.follow_loosely(state.bodies[body].surface);
         scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
     }
+}
+
+/// The trees of two bodies where they may meet.
+void renew_between(const SceneModel& model, std::size_t a, std::size_t b, SolidScratch& solids) {
+    SolidBodyScratch &one = solids.bodies[a], &other = solids.bodies[b];
+    const double reach = model.contact.margin + find_relative_way(one.motion, other.motion);
+    Box3 around_one = one.inside.tree().bounds(), around_other = other.inside.tree().bounds();
+    around_one.inflate(reach);
+    around_other.inflate(reach);
+    one.inside.renew_within(around_other);
+    if (a != b) other.inside.renew_within(around_one);
 }
 
 /// Bodies whose surfaces there is reason to look at in this step, each two once.
@@ -76,16 +87,6 @@ std::uint64_t leaf_units_before(const SceneModel& model, std::size_t a, std::siz
     return units;
 }
 
-/// Of each two bodies that meet.
-void count_leaf_pairs(const SceneModel& model, SolidScratch& solids) {
-    solids.pair_count.assign(solids.meeting.size(), 0);
-    for_each_two_bodies(solids.coarse, [&](Index begin, Index end) {
-        const std::optional<std::size_t> at = place_in(solids.meeting, bodies_of(solids.coarse[begin]));
-        if (!at || !is_between_bodies(solids.coarse[begin])) return;
-        for (Index k = begin; k < end; ++k) solids.pair_count[*at] += is_leaf_pair(model, solids.coarse[k]);
-    });
-}
-
 /// Bodies whose spheres meet, but whose surfaces nobody looks at, or that have no inside: what goes farther than half of the thinner one
 /// in a step may be on its other side.
 void count_unproven(const SceneModel& model, const State& state, const SolidScratch& solids, StepReport& report) {
@@ -123,20 +124,20 @@ void choose_looked(const SceneModel& model, const State& state, SolidScratch& so
     for (const SolidContact& place : solids.contacts_before) {
         if (const auto at = place_in(solids.meeting, std::minmax<Index>({static_cast<Index>(place.touch.a.index()), static_cast<Index>(place.touch.b.index())}))) touched[*at] = 1;
     }
-    count_leaf_pairs(model, solids);
     for (const bool first : {true, false})
         for (std::size_t k = 0; k < solids.meeting.size(); ++k) {
             const auto [a, b] = solids.meeting[k];
             if ((touched[k] != 0) != first) continue;
-            std::uint64_t units = kUnitsPerQuery + kUnitsPerLeafPair * solids.pair_count[k];
+            std::uint64_t units = kUnitsPerQuery;
             if (!solids.bodies[a].surface_is_fresh) units += surface_units(model, a);
             if (a != b && !solids.bodies[b].surface_is_fresh) units += surface_units(model, b);
-            if (!account.take(units, std::max(kLeastLooked, leaf_units_before(model, a, b, solids)))) {
+            if (!account.take(units, std::max(kLeastLooked, std::min(units, leaf_units_before(model, a, b, solids))))) {
                 solids.left_bodies.push_back({a, b});
                 continue;
             }
             refresh(model, state, a, solids);
             refresh(model, state, b, solids);
+            renew_between(model, a, b, solids);
             account.settle();
             solids.looked[k] = 1;
         }
@@ -151,8 +152,6 @@ void list_what_is_left(const SceneModel& model, State& state, SolidScratch& soli
         const double thinner = std::min(solids.bodies[a].thickness, solids.bodies[b].thickness);
         report.unproven_solids += way_of_nodes(model, a, state, solids) + way_of_nodes(model, b, state, solids) > 0.5 * thinner;
     }
-    for (std::vector<LeafPair>* list : {&solids.done_pairs, &solids.left_pairs})
-        if (!std::is_sorted(list->begin(), list->end(), kByKey)) std::sort(list->begin(), list->end(), kByKey);
     std::sort(state.solids.entries.begin(), state.solids.entries.end(), kByKey);
     keep_touching(solids, state.solids.touching);
     count_unproven(model, state, solids, report);
@@ -165,20 +164,20 @@ bool is_looked(const SolidScratch& solids, std::size_t a, std::size_t b) noexcep
 
 bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept {
     const LeafPair pair{spheres.a.index(), spheres.b.index(), spheres.feature_a[0], spheres.feature_b[0]};
-    return spheres.origin == ContactOrigin::AssumedSpheres || std::binary_search(solids.left_pairs.begin(), solids.left_pairs.end(), pair, kByKey);
+    return spheres.origin == ContactOrigin::AssumedSpheres || !std::binary_search(solids.done_pairs.begin(), solids.done_pairs.end(), pair, kByKey);
 }
 
-std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids) {
+SurfaceNeed forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids) {
     std::vector<std::uint8_t>& counted = solids.counted;
     counted.assign(model.bodies.size(), 0);
-    std::uint64_t units = 0;
+    SurfaceNeed need;
     for (const SolidContact& place : state.solids.contacts)
         for (const std::size_t body : {place.touch.a.index(), place.touch.b.index()}) {
-            if (counted[body] == 0) units += surface_units(model, body) + kUnitsPerQuery;
+            if (counted[body] == 0) need.made_ready += surface_units(model, body) + kUnitsPerQuery;
             counted[body] = 1;
         }
-    for (const LeafPair& pair : state.solids.touching) units += units_beneath(model, pair, solids);
-    return units;
+    for (const LeafPair& pair : state.solids.touching) need.places += units_beneath(model, pair, solids);
+    return need;
 }
 
 } // namespace trocar::engine

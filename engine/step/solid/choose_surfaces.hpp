@@ -21,7 +21,7 @@ void list_what_is_left(const SceneModel& model, State& state, SolidScratch& soli
 /// Of two bodies that solids.left_bodies names and that are looked at: did this step leave what is beneath this contact of spheres?
 [[nodiscard]] bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept;
 
-/// Units that the surfaces of what touched, or was held, in the last step will ask for.
-[[nodiscard]] std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids);
+/// What the surfaces of what touched, or was held, in the last step will ask for.
+[[nodiscard]] SurfaceNeed forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids);
 
 } // namespace trocar::engine

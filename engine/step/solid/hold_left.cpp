@@ -13,6 +13,10 @@ namespace trocar::engine {
 
 namespace {
 
+/// Places where two bodies press on one another that make a whole patch: it says how they stand, and what the budget left beside it does not
+/// hold them as wholes.
+constexpr std::ptrdiff_t kWidePatch = 32;
+
 Vec3 centre_of(const Triangle& t, const std::vector<Vec3>& surface) { return (surface[t[0]] + surface[t[1]] + surface[t[2]]) / 3.0; }
 
 /// The triangle beneath a leaf whose middle is nearest.
@@ -96,11 +100,15 @@ void hold_what_is_left(const SceneModel& model, const State& state, SolidScratch
         const auto pairs = std::min<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(held.size()), kMostHeld);
         std::nth_element(held.begin(), held.begin() + (pairs - 1), held.end(), deeper);
         const std::size_t first = solids.touches.size();
+        const auto pressing = std::count_if(solids.touches.begin(), solids.touches.end(), [&, a = a, b = b](const Contact& touch) {
+            return is_touching(touch) && ((touch.a.index() == a && touch.b.index() == b) || (touch.a.index() == b && touch.b.index() == a));
+        });
+        const bool have_met = pressing >= kWidePatch;
         for (std::ptrdiff_t p = 0; p < pairs; ++p)
             if (is_leaf(held[static_cast<std::size_t>(p)]))
                 if (const auto place = hold_leaves(model, state, coarse[held[static_cast<std::size_t>(p)]])) solids.touches.push_back(*place);
         keep_one_each(solids.touches, first, [](const Contact& c) { return std::tie(c.feature_b[0], c.feature_b[1], c.feature_b[2]); });
-        if (!std::all_of(held.begin(), held.end(), is_leaf) || solids.touches.size() == first)
+        if (!have_met && (!std::all_of(held.begin(), held.end(), is_leaf) || solids.touches.size() == first))
             solids.wholes.push_back(hold_whole(model, state, coarse[*std::min_element(held.begin(), held.end(), deeper)]));
         report.held_pairs += static_cast<std::uint64_t>(pairs);
     });

@@ -92,8 +92,11 @@ void probe_open_pairs(const SceneModel& model, SolidScratch& solids, StepReport&
         const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies) - solids.meeting.begin();
         if (solids.looked[static_cast<std::size_t>(at)] == 0) continue;
         const auto [a, b] = bodies;
-        const bool of_a = Probe{model, solids, report, a, b, share, account}.run();
-        if (!(Probe{model, solids, report, b, a, share, account}.run() && of_a)) solids.left_bodies.push_back(bodies);
+        const auto pair = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), LeafPair{a, b}, kByKey);
+        // what touched is worth more than what may lie deepest: a query for the latter, from the middle of a body, takes twenty for a vertex
+        const bool touched = pair != solids.touching_before.end() && pair->a == a && pair->b == b;
+        const bool of_a = !touched && Probe{model, solids, report, a, b, share, account}.run();
+        if (!(of_a && Probe{model, solids, report, b, a, share, account}.run())) solids.left_bodies.push_back(bodies);
     }
 }
 
@@ -111,9 +114,8 @@ void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
                   [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : x.key() < y.key(); });
         kept.resize(first + kPersistentPairs);
     }
-    for (const LeafPair& pair : solids.left_pairs)
-        if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, kByKey)) kept.push_back(pair);
     for (const LeafPair& pair : solids.touching_before) {
+        if (std::binary_search(solids.left_pairs.begin(), solids.left_pairs.end(), pair, kByKey)) kept.push_back(pair);
         const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)});
         const bool meets = at != solids.meeting.end() && at->first == pair.a && at->second == pair.b;
         if (meets && solids.looked[static_cast<std::size_t>(at - solids.meeting.begin())] == 0) kept.push_back(pair);

@@ -105,10 +105,10 @@ struct SolidScratch {
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<LeafPair> touching_before;     // and of its leaf pairs
     std::vector<std::uint8_t> looked;          // [meeting] the surfaces of these two are looked at in this step
-    std::vector<std::uint64_t> pair_count;     // [meeting] leaf pairs
     std::vector<std::uint8_t> touched;         // [meeting] the two touched in the last step
     std::vector<std::uint8_t> counted;         // [body_count] of a forecast
     std::vector<LeafPair> waiting, batch;      // of two bodies: those that touched in the last step first; those in hand
+    std::vector<std::size_t> begin_of;         // of a counting sort
     std::vector<LeafPair> done_pairs;          // by key: whose surfaces were looked at
     std::vector<LeafPair> left_pairs;          // by key: the others
     std::vector<Contact> sphere_places;        // where spheres push for want of a surface's depth

@@ -81,7 +81,7 @@ void push_solids(const SceneModel& model, State& state, SolidScratch& solids, St
     const Phase phase(budget, StepPart::Surfaces);
     std::swap(state.solids.contacts, solids.contacts_before);
     state.solids.contacts.clear();
-    budget.keep_back(std::max(budget.forecast(StepPart::Holds).reserve_s(), budget.holding_s(solids.coarse.size())));
+    budget.keep_back(std::max(budget.forecast(StepPart::Holds).recent_s(), budget.holding_s(solids.coarse.size())));
     find_touches(model, state, solids, report, budget);
     Phase holding(budget, StepPart::Holds);
     list_what_is_left(model, state, solids, report);

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <tuple>
 
 namespace trocar::engine {
@@ -255,15 +256,17 @@ std::uint64_t leaf_units(const SceneModel& model, std::size_t body, Index leaf, 
 }
 
 /// The next leaf pairs that a grant has room for, by key. False: there is no room for one more.
-/// all   those of line_up, by key
-bool take_batch(const SceneModel& model, std::span<const LeafPair> all, std::size_t& next, SolidScratch& solids, SurfaceAccount& account) {
+/// all     those of line_up, by key
+/// others  units of what is looked at with them
+bool take_batch(const SceneModel& model, std::span<const LeafPair> all, std::size_t& next, std::uint64_t others, SolidScratch& solids,
+                SurfaceAccount& account) {
     solids.batch.clear();
     account.settle();
     for (; next < solids.waiting.size(); ++next) {
         const LeafPair& pair = solids.waiting[next];
         const std::uint64_t units = leaf_units(model, pair.a, pair.leaf_a, solids) + leaf_units(model, pair.b, pair.leaf_b, solids) +
                                     edge_units(solids.bodies[pair.a].sharp, pair.leaf_a, solids.bodies[pair.b].sharp, pair.leaf_b);
-        if (!(solids.batch.empty() ? account.take(units) : account.take_more(units))) break;
+        if (!(solids.batch.empty() ? account.take(units + others) : account.take_more(units))) break;
         solids.bodies[pair.a].sphere_seen[pair.leaf_a] |= kGranted;
         solids.bodies[pair.b].sphere_seen[pair.leaf_b] |= kGranted;
         solids.batch.push_back(pair);
@@ -275,10 +278,20 @@ bool take_batch(const SceneModel& model, std::span<const LeafPair> all, std::siz
     return !solids.batch.empty();
 }
 
-/// Fills solids.waiting: those that touched in the last step first. Both lists are by key.
-void line_up(std::span<const LeafPair> pairs, SolidScratch& solids) {
+/// Vertices of one body that were in the other one.
+std::size_t count_entries(const SolidScratch& solids, std::size_t own, std::size_t other) {
+    const auto before = [](const SolidEntry& entry, const std::pair<std::size_t, std::size_t>& bodies) { return std::pair(entry.own, entry.other) < bodies; };
+    const std::vector<SolidEntry>& entries = solids.entries_before;
+    return static_cast<std::size_t>(std::lower_bound(entries.begin(), entries.end(), std::pair(own, other + 1), before) -
+                                    std::lower_bound(entries.begin(), entries.end(), std::pair(own, other), before));
+}
+
+/// Fills solids.waiting: those that touched in the last step first, then the others, from another one on in each step, so that every one of them has its
+/// turn where there is no room for all. Both lists are by key.
+void line_up(std::span<const LeafPair> pairs, std::uint64_t step, SolidScratch& solids) {
     solids.waiting.clear();
     if (pairs.empty()) return;
+    std::size_t others = 0;
     const auto from = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), pairs.front(), kByKey);
     for (const bool first : {true, false}) {
         auto before = from;
@@ -287,7 +300,13 @@ void line_up(std::span<const LeafPair> pairs, SolidScratch& solids) {
             const bool touched = before != solids.touching_before.end() && before->key() == pair.key();
             if (touched == first) solids.waiting.push_back(pair);
         }
+        if (first) others = solids.waiting.size();
     }
+    if (others == solids.waiting.size()) return;
+    constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15; // multiples spread evenly
+    const std::uint64_t start = (step * kGolden >> 32) % (solids.waiting.size() - others);
+    const auto from_others = solids.waiting.begin() + static_cast<std::ptrdiff_t>(others);
+    std::rotate(from_others, from_others + static_cast<std::ptrdiff_t>(start), solids.waiting.end());
 }
 
 /// Leaf pairs of two bodies, as far as the account goes: as many at a time as a grant holds.
@@ -303,9 +322,11 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         solids.bodies[body].sphere_seen.assign(model.bodies[body].covering.tree.sphere_count(), 0);
     }
     const bool have_edges = solids.bodies[a].sharp.count > 0 && solids.bodies[b].sharp.count > 0;
-    line_up(pairs, solids);
+    line_up(pairs, state.step, solids);
+    const auto first_done = static_cast<std::ptrdiff_t>(solids.done_pairs.size());
     std::size_t next = 0;
-    for (bool first = true; take_batch(model, pairs, next, solids, account) || first; first = false) {
+    std::uint64_t others = kUnitsPerQuery * (count_entries(solids, a, b) + count_entries(solids, b, a));
+    for (bool first = true; take_batch(model, pairs, next, others, solids, account) || first; first = false, others = 0) {
         probe_vertices(from_a, solids.batch, true);
         if (first) probe_entries(from_a);
         probe_vertices(from_b, solids.batch, false);
@@ -317,7 +338,9 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
     }
     account.settle();
-    solids.left_pairs.insert(solids.left_pairs.end(), solids.waiting.begin() + static_cast<std::ptrdiff_t>(next), solids.waiting.end());
+    std::sort(solids.done_pairs.begin() + first_done, solids.done_pairs.end(), kByKey);
+    if (next < solids.waiting.size())
+        std::set_difference(pairs.begin(), pairs.end(), solids.done_pairs.begin() + first_done, solids.done_pairs.end(), std::back_inserter(solids.left_pairs), kByKey);
     if (needs_all_paths(solids, a, b, model.contact.margin, next < solids.waiting.size())) {
         const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
         report.unproven_solids += !(all_of_a && all_of_b) || have_edges; // paths of vertices, and of no edge
@@ -362,6 +385,30 @@ bool is_seen(const OneWay& way, const Contact& touch) {
     return sharp ? seen[0] && seen[1] : seen[0] || seen[1];
 }
 
+/// solids.leaf_pairs by key, in time that grows with their number alone: by the second leaf, by the first, by the two bodies.
+void sort_pairs(const SceneModel& model, SolidScratch& solids) {
+    std::vector<LeafPair>& pairs = solids.leaf_pairs;
+    if (std::is_sorted(pairs.begin(), pairs.end(), kByKey)) return;
+    const auto place_of = [&](const LeafPair& pair) {
+        const std::pair bodies{static_cast<Index>(pair.a), static_cast<Index>(pair.b)};
+        return static_cast<std::size_t>(std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies) - solids.meeting.begin());
+    };
+    std::size_t spheres = 0;
+    for (const auto& [a, b] : solids.meeting)
+        spheres = std::max({spheres, model.bodies[a].covering.tree.sphere_count(), model.bodies[b].covering.tree.sphere_count()});
+    const auto sort_by = [&](auto&& key, std::size_t keys) {
+        solids.begin_of.assign(keys + 1, 0);
+        for (const LeafPair& pair : pairs) ++solids.begin_of[key(pair) + 1];
+        for (std::size_t k = 0; k < keys; ++k) solids.begin_of[k + 1] += solids.begin_of[k];
+        solids.batch.resize(pairs.size());
+        for (const LeafPair& pair : pairs) solids.batch[solids.begin_of[key(pair)]++] = pair;
+        std::swap(pairs, solids.batch);
+    };
+    sort_by([](const LeafPair& pair) { return std::size_t{pair.leaf_b}; }, spheres);
+    sort_by([](const LeafPair& pair) { return std::size_t{pair.leaf_a}; }, spheres);
+    if (solids.meeting.size() > 1) sort_by(place_of, solids.meeting.size());
+}
+
 /// What pressed between two bodies, where this step did not look: it goes on, and what was in stays in.
 /// looked   some of their leaves were, and vertex_seen tells which vertices
 void carry_touches(const SceneModel& model, State& state, std::size_t a, std::size_t b, bool looked, SolidScratch& solids, StepReport& report) {
@@ -403,7 +450,7 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
             ++report.left_pairs;
     }
     probe_open_pairs(model, solids, report, account);
-    std::sort(pairs.begin(), pairs.end(), kByKey);
+    sort_pairs(model, solids);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
     std::sort(solids.left_bodies.begin(), solids.left_bodies.end());
