@@ -13,7 +13,7 @@ constexpr std::uint64_t kLargestGrant = 4096;
 /// Of the time that is left, a grant takes this share until it would be this small: units that
 /// cost five times what the last ones did are seen before the time is gone.
 constexpr double kGrantShare = 0.125;
-constexpr std::uint64_t kSmallestShare = 32;
+constexpr std::uint64_t kSmallestShare = 8;
 /// Grants that spent less measure the clock more than the tests: they update no rate.
 constexpr std::uint64_t kSmallestLesson = 32, kFewPlaces = 8;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
@@ -24,7 +24,7 @@ constexpr double kAlarm = 0.5;
 constexpr double kFallingDescent = 0.05;
 /// What takes more units than this at once is done in one piece (a sphere's wall links), and is granted by itself: a unit of it costs
 /// ten times as much as one of a test.
-constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > 8; }
+constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > kSmallestShare; }
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
 /// Of what is done in one piece: nothing ends it early.
@@ -32,6 +32,9 @@ constexpr double kPieceReserve = 1.25;
 /// Of the budget, one part in so many for the solver: what it is not given leaves speeds of approach, but what surfaces are not given leaves
 /// places out, and these are more of a force's error (two_organs: of an exact step's charge the solver has a third).
 constexpr unsigned kRowsShare = 3;
+/// Of what is left after the solver, kept for surfaces: a descent that ends early holds bodies as wholes, which is more of a force's error than surfaces
+/// that are not looked at, while what pressed is followed.
+constexpr double kSurfacesShare = 0.2;
 /// An abandoned stage would have cost more than it was given; how much more is unknown.
 constexpr double kAbandonedCost = 1.5;
 /// Per step in which the exact stage was not tried its stored number of candidates decays by this factor, as CostForecast::fade.
@@ -67,6 +70,8 @@ void StepBudget::begin(bool covers_step) noexcept {
     units_spent_ = 0;
     kept_back_s_ = 0.0;
     kept_back_units_ = 0;
+    descent_lesson_s_ = 0.0;
+    descent_lesson_ = 0;
     if (!exact_tried_) {
         trust_ *= kForget;
         for (int times = retries() ? kFadesOfRetry : 1; times > 0; --times) exact_.fade();
@@ -178,12 +183,18 @@ WorkBudget StepBudget::grant_descent(std::uint64_t at_least) {
 
 void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
-    if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
-    const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
-    if (granted_piece_)
-        learn(piece_s_per_unit_, measured);
-    else
-        learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
+    if (limits_.mode != BudgetMode::Wall) return;
+    const double seconds = seconds_between(operation_start_ns_, clock_->now_ns());
+    if (granted_piece_) {
+        if (grant.spent() >= kSmallestLesson) learn(piece_s_per_unit_, seconds / static_cast<double>(grant.spent()));
+        return;
+    }
+    descent_lesson_s_ += seconds; // small grants teach together, or a rate that allows no others would stay
+    descent_lesson_ += grant.spent();
+    if (descent_lesson_ < kSmallestLesson) return;
+    learn(descent_s_per_unit_, descent_lesson_s_ / static_cast<double>(descent_lesson_), kFallingDescent, 1.0);
+    descent_lesson_s_ = 0.0;
+    descent_lesson_ = 0;
 }
 
 void StepBudget::learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept {
@@ -194,7 +205,7 @@ void StepBudget::learn_per_pair(StepPart part, std::uint64_t pairs, double& rate
 double StepBudget::surfaces_share_s(const SurfaceNeed& need) const noexcept {
     const double left = left_s();
     if (limits_.mode != BudgetMode::Wall || !(left > 0.0)) return 0.0;
-    return std::min(static_cast<double>(need.made_ready) * kPieceReserve * surface_s_per_unit_ + static_cast<double>(need.places) * query_s_per_unit_, 0.5 * left);
+    return std::min(static_cast<double>(need.made_ready) * kPieceReserve * surface_s_per_unit_ + static_cast<double>(need.places) * query_s_per_unit_, kSurfacesShare * left);
 }
 
 double StepBudget::median_of_last() const noexcept {

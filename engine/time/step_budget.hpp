@@ -95,7 +95,7 @@ public:
     /// So many pairs were listed, and so many were held or left, in the last part of that kind.
     void learn_listing(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::List, pairs, list_s_per_pair_); }
     void learn_holding(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::Holds, pairs, hold_s_per_pair_); }
-    /// What the surfaces of solids may ask of what is left, for so much that they are known to need: half at most.
+    /// What the surfaces of solids may ask of what is left, for so much that they are known to need: a fifth at most (mode Work: half).
     [[nodiscard]] double surfaces_share_s(const SurfaceNeed& need) const noexcept;
     [[nodiscard]] std::uint64_t surfaces_share_units(const SurfaceNeed& need) const noexcept { return std::min(need.made_ready + need.places, units_left() / 2); }
 
@@ -195,6 +195,8 @@ private:
     bool tries_response_ = false;
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
+    double descent_lesson_s_ = 0.0;      // s, of grants that taught nothing yet
+    std::uint64_t descent_lesson_ = 0;   // units of the same
     double piece_s_per_unit_ = 100e-9;   // s, of what is done in one piece
     double query_s_per_unit_ = 15e-9, surface_s_per_unit_ = 10e-9, row_s_per_unit_ = 2e-9; // s, of surfaces and of contact's solves
     std::array<double, 4> surface_last_{}; // s, the last that were measured; 0: none was
