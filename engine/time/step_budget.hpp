@@ -159,9 +159,9 @@ private:
     static constexpr std::uint64_t kTimedPlaces = 24;
     static constexpr unsigned kLeastPatience = 4, kMostPatience = 2048; // steps
     /// Of the budget: what follows the surfaces is no steadier than that.
-    static constexpr double kMargin = 0.08;
+    static constexpr double kMargin = 0.1;
     /// Of what listing and holding pairs take: choosing among them and reporting them, which are not measured by themselves, and a reserve.
-    static constexpr double kListed = 1.6;
+    static constexpr double kListed = 2.0;
     [[nodiscard]] double margin_s() const noexcept { return limits_.mode == BudgetMode::Wall ? kMargin * limits_.wall_s : 0.0; }
     void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
     [[nodiscard]] double median_of_last() const noexcept;

@@ -156,6 +156,17 @@ TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
     EXPECT_EQ(budget.grant_descent().left(), 12u);
 }
 
+TEST(StepBudget, SmallGrantsTeachTogetherOrARateThatAllowsNoLargerOnesWouldStay) {
+    ManualClock clock;
+    StepBudget budget(clock, wall(10e-6));
+    for (int step = 0; step < 4; ++step) { // grants of 12 and fewer, at the first guess of 100 ns a test
+        budget.begin();
+        (void)descend(budget, clock, 10e-9);
+    }
+    budget.begin();
+    EXPECT_GE(budget.grant_descent().left(), 60u) << "an eighth of 10 us at little more than 10 ns";
+}
+
 TEST(StepBudget, PausedTimeIsNotCharged) {
     ManualClock clock;
     StepBudget budget(clock, wall(1e-3));

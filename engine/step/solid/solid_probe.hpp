@@ -10,13 +10,13 @@ namespace trocar::engine {
 
 /// Appends leaf pairs to solids.leaf_pairs for every pair of closed bodies with open sphere pairs: the leaves of either
 /// body that lie deepest in the other, found best first with the distance to the other's surface as bound, and the pairs that
-/// keep_touching kept. What it finds depends on the surfaces alone and not on how far the descent came, so a budget that changes from
-/// step to step does not shake a body.
+/// keep_touching kept; of two that touched in the last step the latter alone. What it finds depends on the surfaces alone and not on how far
+/// the descent came, so a budget that changes from step to step does not shake a body.
 /// cost      at most kProbeTests closest-point queries a step, shared among the pairs of bodies, all on the account; counted in
 ///           report.probe_tests
 /// source    none of the papers: seed 003 (section 4) pushes by the overlap of the open spheres, whose line of centres has little
 ///           to do with a surface's normal (SolidResponse::Spheres does that).
-/// Of bodies that solids.looked names; those whose queries the account has no room for are appended to solids.left_bodies.
+/// Of bodies that solids.looked names; those whose queries the account has no room for, and those that touched, are appended to solids.left_bodies.
 void probe_open_pairs(const SceneModel& model, SolidScratch& solids, StepReport& report, SurfaceAccount& account);
 
 /// Keeps those leaf pairs of solids.leaf_pairs that a touch came from, at most kPersistentPairs of two bodies, and of those of the last step

@@ -338,9 +338,10 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
     }
     account.settle();
-    std::sort(solids.done_pairs.begin() + first_done, solids.done_pairs.end(), kByKey);
+    const auto done = solids.done_pairs.begin() + first_done; // in batches, each by key
+    if (!std::is_sorted(done, solids.done_pairs.end(), kByKey)) std::sort(done, solids.done_pairs.end(), kByKey);
     if (next < solids.waiting.size())
-        std::set_difference(pairs.begin(), pairs.end(), solids.done_pairs.begin() + first_done, solids.done_pairs.end(), std::back_inserter(solids.left_pairs), kByKey);
+        std::set_difference(pairs.begin(), pairs.end(), done, solids.done_pairs.end(), std::back_inserter(solids.left_pairs), kByKey);
     if (needs_all_paths(solids, a, b, model.contact.margin, next < solids.waiting.size())) {
         const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
         report.unproven_solids += !(all_of_a && all_of_b) || have_edges; // paths of vertices, and of no edge
@@ -413,17 +414,25 @@ void sort_pairs(const SceneModel& model, SolidScratch& solids) {
 /// looked   some of their leaves were, and vertex_seen tells which vertices
 void carry_touches(const SceneModel& model, State& state, std::size_t a, std::size_t b, bool looked, SolidScratch& solids, StepReport& report) {
     const auto is_between = [&](std::size_t x, std::size_t y) { return (x == a && y == b) || (x == b && y == a); };
-    for (const SolidContact& place : solids.contacts_before) {
-        const Contact& touch = place.touch;
-        if (!is_between(touch.a.index(), touch.b.index()) || touch.origin != ContactOrigin::Proximity) continue;
+    const auto carry = [&](const Contact& touch) {
+        if (touch.origin != ContactOrigin::Proximity) return;
         const OneWay way{model, state, solids, report, touch.a.index(), touch.b.index(), state.solids.entries};
-        if (looked && (touch.between_edges() ? is_seen(way, touch) : solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen))
-            continue;
+        if (looked && (touch.between_edges() ? is_seen(way, touch) : solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen)) return;
         const std::optional<Contact> now = carry_touch(way, touch);
-        if (!now) continue;
+        if (!now) return;
         solids.touches.push_back(*now);
         ++report.carried_places;
-    }
+    };
+    using Things = std::pair<Thing, Thing>;
+    const auto before = [](const SolidContact& place, const Things& things) { return Things(place.touch.a, place.touch.b) < things; };
+    const std::vector<SolidContact>& places = solids.contacts_before; // by key, which begins with the two
+    const auto carry_all = [&](const Things& things) {
+        for (auto place = std::lower_bound(places.begin(), places.end(), things, before);
+             place != places.end() && Things(place->touch.a, place->touch.b) == things; ++place)
+            carry(place->touch);
+    };
+    carry_all({Thing::body(a), Thing::body(b)});
+    if (a != b) carry_all({Thing::body(b), Thing::body(a)});
     if (looked) return; // entries are looked at whatever there is room for
     for (const SolidEntry& entry : solids.entries_before)
         if (is_between(entry.own, entry.other)) state.solids.entries.push_back(entry);
