@@ -110,15 +110,15 @@ private:
         Box3 box;
         Index first = 0; // leaf: first slot; inner: right child (the left one follows its parent)
         Index count = 0; // leaf: slots; inner: 0
-        Index part = 0;  // of ways_
+        Index part = 0;  // see Part
     };
-    /// A part of the surface that a following tree opens and renews by itself. The first stands for all nodes that are not beneath one: fitted
-    /// in every call, or trees that do not follow.
+    /// A part of the surface that a following tree opens and renews by itself. Nodes above the parts, which are fitted in every call, and all nodes
+    /// of a tree that does not follow, have part 0, whose ways are none; what is beneath parts_[k] has part k + 1.
     struct Part {
         Index node_begin = 0, node_end = 0;     // the topmost one first
         Index vertex_begin = 0, vertex_end = 0; // of part_vertex_ and fitted_
     };
-    static constexpr std::size_t kPartSize = 256; // triangles at most
+    static constexpr std::size_t kPartSize = 256; // triangles at most of a part
     static constexpr Index kLeafSize = 4;        // triangles per leaf: a box test costs about a quarter of a triangle test
     static constexpr std::size_t kMaxDepth = 64; // median splits halve: 2^32 triangles need 32 levels
 
@@ -190,7 +190,6 @@ private:
     void find_ways(std::span<const Vec3> vertices) noexcept;
     void renew_early() noexcept;
 
-
     std::vector<Node> nodes_;                  // depth-first, root first
     std::vector<Triangle> common_;             // [node] vertices of all triangles beneath, the rest kNoIndex; empty unless asked for
     std::vector<Index> order_;                 // [slot] triangle id
@@ -200,8 +199,8 @@ private:
     // A tree that follows: what is beneath a part holds the surface as it was at fitted_.
     std::span<const Vec3> now_;       // [vertex] m, where corners are read; empty: from corners_
     std::size_t vertex_count_ = 0;    // of those it follows
-    std::vector<Part> parts_;         // but for the first
-    std::vector<Box3> ways_;          // [1 + parts] m, by which nodes are moved and opened; the first stays 0
+    std::vector<Part> parts_;
+    std::vector<Box3> ways_;          // [1 + parts] m, by which nodes are moved and opened
     std::vector<Box3> part_box_;      // [1 + parts] m, of now_
     std::vector<Index> part_vertex_;  // each once in a part
     std::vector<Vec3> fitted_;        // [part_vertex_] m

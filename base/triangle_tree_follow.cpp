@@ -2,7 +2,6 @@
 #include "base/triangle_tree.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 namespace trocar {
@@ -11,8 +10,8 @@ namespace {
 /// Share of what a part may be open by, from which on it is renewed before it must be: some parts in each call, so that not all of them are
 /// due at once.
 constexpr double kRenewFrom = 0.5;
-/// Of the parts, in a call.
-constexpr std::size_t kRenewedEarly = 16;
+/// One part of so many is renewed early in a call.
+constexpr std::size_t kPartsPerEarlyOne = 16;
 /// Of the largest coordinate: more than the rounding of a difference and of a sum.
 constexpr double kWayRounding = 0x1p-50;
 
@@ -99,7 +98,7 @@ void TriangleTree::find_ways(std::span<const Vec3> vertices) noexcept {
 
 /// Some of those that will be due before long.
 void TriangleTree::renew_early() noexcept {
-    std::size_t left = parts_.size() / kRenewedEarly + 1;
+    std::size_t left = parts_.size() / kPartsPerEarlyOne + 1;
     for (std::size_t tried = 0; tried < parts_.size() && left > 0; ++tried) {
         const std::size_t k = (next_ + tried) % parts_.size();
         if (!(opening_of(ways_[k + 1]) > kRenewFrom * loosest_)) continue;

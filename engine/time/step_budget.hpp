@@ -24,12 +24,11 @@ enum class StepPart : std::uint8_t {
     Walls,   // how far the walls have come: every step needs it, with or without an exact answer, so what it costs is always known
     Planes,  // the instrument's wall planes, found before the rod is solved against them: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
-    Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
     Holds,    // of solids: places made of what was found, and of what was left
     Renew,    // planes of some places of an instrument, for the next step's look ahead
     LookAhead, // free motion of the instruments between the last step's planes: not on the account, but it tells how hard this step is
 };
-inline constexpr std::size_t kStepPartCount = 12;
+inline constexpr std::size_t kStepPartCount = 11;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
@@ -210,7 +209,7 @@ private:
     std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
                                                     CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
                                                     CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{},
-                                                    CostForecast{},       CostForecast{}};
+                                                    CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
     CostForecast steady_;   // Walls, Planes and solves of a step together: that one of them is held up says nothing of the others

@@ -78,7 +78,6 @@ void add_solid_pairs(const SceneModel& model, SolidScratch& solids, spheretree::
 }
 
 void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget) {
-    const Phase phase(budget, StepPart::Surfaces);
     std::swap(state.solids.contacts, solids.contacts_before);
     state.solids.contacts.clear();
     budget.keep_back(std::max(budget.forecast(StepPart::Holds).recent_s(), budget.holding_s(solids.coarse.size())));

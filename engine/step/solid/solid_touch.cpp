@@ -280,14 +280,13 @@ bool take_batch(const SceneModel& model, std::span<const LeafPair> all, std::siz
 
 /// Vertices of one body that were in the other one.
 std::size_t count_entries(const SolidScratch& solids, std::size_t own, std::size_t other) {
-    const auto before = [](const SolidEntry& entry, const std::pair<std::size_t, std::size_t>& bodies) { return std::pair(entry.own, entry.other) < bodies; };
     const std::vector<SolidEntry>& entries = solids.entries_before;
-    return static_cast<std::size_t>(std::lower_bound(entries.begin(), entries.end(), std::pair(own, other + 1), before) -
-                                    std::lower_bound(entries.begin(), entries.end(), std::pair(own, other), before));
+    const auto begin_of = [&](std::size_t there) { return std::lower_bound(entries.begin(), entries.end(), SolidEntry{own, there}, kByKey); };
+    return static_cast<std::size_t>(begin_of(other + 1) - begin_of(other));
 }
 
-/// Fills solids.waiting: those that touched in the last step first, then the others, from another one on in each step, so that every one of them has its
-/// turn where there is no room for all. Both lists are by key.
+/// Fills solids.waiting: those that touched in the last step first, then the others, from one on that is drawn anew for each step, so that none of
+/// them is left for good where there is no room for all. Both lists are by key.
 void line_up(std::span<const LeafPair> pairs, std::uint64_t step, SolidScratch& solids) {
     solids.waiting.clear();
     if (pairs.empty()) return;
@@ -303,7 +302,7 @@ void line_up(std::span<const LeafPair> pairs, std::uint64_t step, SolidScratch& 
         if (first) others = solids.waiting.size();
     }
     if (others == solids.waiting.size()) return;
-    constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15; // multiples spread evenly
+    constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15; // high bits of its multiples serve as a hash of the step
     const std::uint64_t start = (step * kGolden >> 32) % (solids.waiting.size() - others);
     const auto from_others = solids.waiting.begin() + static_cast<std::ptrdiff_t>(others);
     std::rotate(from_others, from_others + static_cast<std::ptrdiff_t>(start), solids.waiting.end());
