@@ -29,6 +29,7 @@ BenchRow row_of(const std::string& scene, const CostRow& row, double exact_ms) {
             {"step_ms_p50", row.step_ms.p50},
             {"budget_kept", row.budget_kept},
             {"missed", row.contacts.missed},
+            {"unseen", row.contacts.unseen},
             {"false", row.contacts.spurious},
             {"depth_error_mm", 1e3 * row.depth_error_rms_m()},
             {"force_error", row.force_error_rel},

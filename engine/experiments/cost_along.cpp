@@ -151,7 +151,9 @@ void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchCon
 void AlongExactStates::compare(Along& along, const PatchContacts& reference, CostRow& row) {
     const StepReport& report = along.simulator->report();
     const PatchContacts answer = along.finder->find_answer(*along.simulator);
-    row.contacts += compare_patches(reference, answer);
+    PatchDifference difference = compare_patches(reference, answer);
+    if (difference.missed > 0) difference.unseen = count_unseen(reference, answer, finder_.find_near(along.simulator->raw_state()));
+    row.contacts += difference;
     for (const PatchContacts* list : {&reference, &answer})
         for (const PatchContact& contact : *list) named_.push_back(contact.patch);
     find_forces(ahead_, *along.simulator, forces_);

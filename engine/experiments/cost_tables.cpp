@@ -75,6 +75,10 @@ const JsonKey<CostRow> kRowKeys[] = {
     TROCAR_ROW_KEY("level_reached_mean", "", "Coarsest level still open, mean over steps.", r.level_reached_mean),
     TROCAR_ROW_KEY("reference_contacts", "", "Contacts of the exact answer: (surface patch, step).", r.contacts.reference),
     TROCAR_ROW_KEY("missed_contacts", "", "Contacts of the exact answer that this one lacks.", r.contacts.missed),
+    TROCAR_ROW_KEY("unseen_contacts", "",
+                   "Those of the missed, between solids, whose surfaces are near in this answer too, by a search without trees of spheres. The others are "
+                   "apart in it: a solver that ended early leaves other positions.",
+                   r.contacts.unseen),
     TROCAR_ROW_KEY("false_contacts", "", "Contacts of this answer that the exact one lacks.", r.contacts.spurious),
     TROCAR_ROW_KEY("depth_error_rms_m", "m", "Error of the penetration depth, root mean square over patches in contact.", r.depth_error_rms_m()),
     TROCAR_ROW_KEY("force_error_rel", "[-]", "Error of the contact forces over the exact ones, root of summed squares.", r.force_error_rel),
@@ -173,6 +177,8 @@ constexpr CostColumn kCostColumns[] = {
     TROCAR_COST_COLUMN("realtime_kept", "[-]", "Share of whole steps within the time they simulate.", number(r.realtime_kept)),
     TROCAR_COST_COLUMN("trajectory_rms_m", "m", "Distance of the surfaces of a run by itself from the exact run's, root mean square.", number(r.trajectory.rms())),
     TROCAR_COST_COLUMN("trajectory_hausdorff_m", "m", "The same, largest.", number(r.trajectory.hausdorff)),
+    TROCAR_COST_COLUMN("unseen_contacts", "",
+                       "Those of the missed, between solids, whose surfaces are near in this answer too, by an independent search.", number(r.contacts.unseen)),
     TROCAR_COST_COLUMN("variant", "", "With `--variants` alone: the way contacts were answered; empty: as the scene says.", r.variant),
 };
 #undef TROCAR_COST_COLUMN

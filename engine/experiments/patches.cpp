@@ -134,10 +134,22 @@ PatchContacts PatchFinder::find_answer(const Simulator& simulator) {
 PatchDifference& PatchDifference::operator+=(const PatchDifference& other) noexcept {
     reference += other.reference;
     missed += other.missed;
+    unseen += other.unseen;
     spurious += other.spurious;
     depth_error_sq += other.depth_error_sq;
     compared += other.compared;
     return *this;
+}
+
+bool holds_patch(const PatchContacts& contacts, const PatchId& patch) noexcept {
+    const auto at = std::lower_bound(contacts.begin(), contacts.end(), patch, [](const PatchContact& c, const PatchId& p) { return c.patch < p; });
+    return at != contacts.end() && at->patch == patch;
+}
+
+std::uint64_t count_unseen(const PatchContacts& reference, const PatchContacts& answer, const PatchContacts& near) noexcept {
+    return static_cast<std::uint64_t>(std::count_if(reference.begin(), reference.end(), [&](const PatchContact& c) {
+        return c.patch.other.is_body() && !holds_patch(answer, c.patch) && holds_patch(near, c.patch);
+    }));
 }
 
 PatchDifference compare_patches(const PatchContacts& reference, const PatchContacts& answer) noexcept {

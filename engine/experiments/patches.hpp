@@ -65,10 +65,16 @@ private:
 /// Missed and false patches of an answer, against a reference of the same step.
 struct PatchDifference {
     std::uint64_t reference = 0, missed = 0, spurious = 0;
+    std::uint64_t unseen = 0; // of those missed, between solids that are near there in the answer's own state as well (count_unseen)
     double depth_error_sq = 0.0; // m^2, sum over the patches of either list
     std::uint64_t compared = 0;  // how many those are
     PatchDifference& operator+=(const PatchDifference& other) noexcept;
 };
+[[nodiscard]] bool holds_patch(const PatchContacts& contacts, const PatchId& patch) noexcept;
+/// Patches of the reference, between solids, that are near and that the answer lacks. A budget may end the solver early, and then
+/// surfaces that touch in the exact answer can be apart in this one: these are missed, but nothing was overlooked.
+/// near     of the answer's own state (PatchFinder::find_near)
+[[nodiscard]] std::uint64_t count_unseen(const PatchContacts& reference, const PatchContacts& answer, const PatchContacts& near) noexcept;
 [[nodiscard]] PatchDifference compare_patches(const PatchContacts& reference, const PatchContacts& answer) noexcept;
 
 } // namespace trocar::engine

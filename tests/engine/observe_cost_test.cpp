@@ -1,6 +1,7 @@
 // The price of accuracy: distances of surfaces, contacts as patches, budgets along the exact run's states.
 #include "engine/state/state_bytes.hpp"
 #include "engine/experiments/cost_page.hpp"
+#include "engine/experiments/patches.hpp"
 #include "engine/report/gnuplot.hpp"
 #include "engine/prepare/process.hpp"
 #include "step_fixture.hpp"
@@ -8,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 
 namespace trocar::engine {
 namespace {
@@ -225,6 +228,7 @@ void expect_laws(const CostTable& table, double noise) {
         EXPECT_LE(wide.surface.hausdorff, kStopsFarthest * noise * tight.surface.hausdorff) << tight.name() << " against " << wide.name();
         EXPECT_LE(wide.contacts.spurious, tight.contacts.spurious) << tight.name() << " against " << wide.name();
         EXPECT_LE(wide.contacts.missed, tight.contacts.missed) << tight.name() << " against " << wide.name();
+        EXPECT_EQ(tight.contacts.unseen, 0u) << tight.name();
     }
 }
 
@@ -279,13 +283,32 @@ TEST(Cost, OfABallOnATableFallsAsTheBudgetGrows) {
         EXPECT_LE(tight.level_reached_mean, wide.level_reached_mean) << tight.budget.name;
     }
     for (const CostRow& row : table.rows) {
-        EXPECT_EQ(row.contacts.missed, 0u) << row.budget.name << ": what is untested counts as colliding";
+        EXPECT_EQ(row.contacts.missed + row.contacts.unseen, 0u) << row.budget.name << ": what is untested counts as colliding";
         EXPECT_GT(row.contacts.reference, 0u);
         EXPECT_EQ(row.steps, 60u);
     }
     EXPECT_GT(table.rows.front().contacts.spurious, 1000u);
     EXPECT_GT(table.rows.front().trajectory.hausdorff, 1e-3) << "the ball is held where its spheres meet the table's";
     for (const CostRow& same : {table.rows[3], table.rows[4]}) EXPECT_TRUE(is_all_zero(same)) << same.name();
+}
+
+/// Under any budget an answer has all that is near in its own state, by a search that shares nothing with it; or else counts it as open.
+TEST(Cost, NoAnswerOverlooksWhatIsNearInItsOwnState) {
+    const PreparedScene prepared = test::prepare(kBallOnTable);
+    PatchFinder finder(prepared.model, {12e-3, 0.3e-3});
+    std::mt19937 random(11);
+    std::size_t near_patches = 0;
+    for (int run = 0; run < 12; ++run) {
+        const auto work = static_cast<std::uint64_t>(std::pow(10.0, std::uniform_real_distribution<double>(0.0, 6.0)(random)));
+        Simulator simulator(prepared.model, {BudgetMode::Work, 0.0, work});
+        for (int step = 0; step < 80; ++step) {
+            simulator.step();
+            const PatchContacts near = finder.find_near(simulator.raw_state()), answer = finder.find_answer(simulator);
+            near_patches += near.size();
+            ASSERT_EQ(count_unseen(near, answer, near), 0u) << "work:" << work << ", step " << step;
+        }
+    }
+    EXPECT_GT(near_patches, 1000u);
 }
 
 TEST(Cost, OfThePapersSpherePushIsABallHeldUpWhereTheBudgetEnds) {
@@ -325,8 +348,8 @@ TEST(Cost, TableHasTheContractsColumnsAndItsPageStandsAlone) {
     const std::string csv = cost_csv(table);
     EXPECT_TRUE(csv.starts_with("budget,step_ms_p50,step_ms_p99,budget_kept,pairs_open_mean,leaf_contacts_mean,level_reached_mean,"
                                 "missed_contacts,false_contacts,depth_error_rms_m,force_error_rel,surface_rms_m,surface_hausdorff_m,"
-                                "charged_ms_p50,charged_ms_p99,realtime_kept,trajectory_rms_m,trajectory_hausdorff_m\n"));
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), ','), 4 * 17);
+                                "charged_ms_p50,charged_ms_p99,realtime_kept,trajectory_rms_m,trajectory_hausdorff_m,unseen_contacts\n"));
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), ','), 4 * 18);
     const auto json = nlohmann::json::parse(cost_json(*scene, table), nullptr, false);
     ASSERT_TRUE(json.is_object());
     EXPECT_EQ(json["rows"].size(), 3u);
