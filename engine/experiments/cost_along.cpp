@@ -1,6 +1,8 @@
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/experiments/cost_along.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -79,7 +81,7 @@ void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) cons
 
 AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
     : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), ahead_(model), along_(table.rows.size()) {
-    (void)go_to_start(exact_, options); // where it does not, the exact run has no step to follow
+    (void)go_to_start(exact_, options, model); // where it does not, the exact run has no step to follow
     for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
     for (std::size_t k = 0; k < along_.size(); ++k) {
         const CostRow& row = table.rows[k];
@@ -96,10 +98,12 @@ AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost
 bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)>& show) {
     start_ = exact_.state();
     if (!exact_.step().finite) return false;
-    leafless_ = without_leaves(start_);
     for (Along& along : along_) {
-        const State& from = along.other_trees ? leafless_ : start_;
-        if (!along.simulator->restore(from).ok()) return false; // a variant of another size: there is none
+        const Result<void> restored = along.simulator->restore(for_variant(start_, exact_.model(), along.simulator->model()));
+        if (!restored) {
+            table_.notices.push_back(fmt::format("answers of single steps are compared up to step {}: {}", steps_, restored.error().to_string()));
+            return false;
+        }
         along.simulator->step();
     }
     const PatchContacts near = finder_.find_near(exact_.state());

@@ -57,7 +57,7 @@ private:
     PatchFinder finder_;
     std::vector<PatchFinder> variant_finders_;
     Simulator exact_;
-    State start_, leafless_; // of the step; the second without what names leaves of the exact run's trees
+    State start_; // of the step
     LookAhead ahead_;
     std::vector<Along> along_;
     std::vector<Vec3> exact_forces_, forces_;

@@ -48,9 +48,13 @@ SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, cons
     return distance;
 }
 
-State without_leaves(const State& state) {
+State for_variant(const State& state, const SceneModel& scene, const SceneModel& variant) {
     State other = state;
-    other.solids.touching.clear();
+    if (variant.contact.sphere_trees != scene.contact.sphere_trees) other.solids.touching.clear();
+    if (variant.contact.solid_response != scene.contact.solid_response) {
+        other.solids.entries.clear();
+        other.solids.contacts.clear();
+    }
     return other;
 }
 
@@ -63,8 +67,8 @@ State run_to_start(const SceneModel& model, const CostOptions& options) {
     return simulator.state();
 }
 
-bool go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees) {
-    return options.start == nullptr || simulator.restore(other_trees ? without_leaves(*options.start) : *options.start).ok();
+bool go_to_start(Simulator& simulator, const CostOptions& options, const SceneModel& scene) {
+    return options.start == nullptr || simulator.restore(for_variant(*options.start, scene, simulator.model())).ok();
 }
 
 ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {
@@ -72,7 +76,7 @@ ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {
     run.every = std::max<std::uint64_t>(1, options.steps / states_kept(model));
     std::uint64_t most_pairs = 0;
     Simulator simulator(model, BudgetLimits{});
-    if (!go_to_start(simulator, options)) {
+    if (!go_to_start(simulator, options, model)) {
         run.failure = kForeignStart;
         return run;
     }

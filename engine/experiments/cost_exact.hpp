@@ -23,12 +23,13 @@ struct ExactRun {
 [[nodiscard]] State run_to_start(const SceneModel& model, const CostOptions& options);
 
 /// The simulator goes on from options.start. False: that is no state of its model, and it has not moved.
-/// other_trees   its model's are not the scene's: names of their spheres mean nothing there
-[[nodiscard]] bool go_to_start(Simulator& simulator, const CostOptions& options, bool other_trees = false);
+/// scene   whose state options.start is; the simulator's model, or what that is a variant of
+[[nodiscard]] bool go_to_start(Simulator& simulator, const CostOptions& options, const SceneModel& scene);
 inline constexpr const char* kForeignStart = "the state at which the compared stretch begins is not of this model";
 
-/// Without what names leaves of the exact run's trees.
-[[nodiscard]] State without_leaves(const State& state);
+/// A state of the scene as a variant of it goes on from it: without what names leaves of other trees, and without the contacts of
+/// surfaces where spheres push.
+[[nodiscard]] State for_variant(const State& state, const SceneModel& scene, const SceneModel& variant);
 
 /// Without any limit, as the scene says.
 [[nodiscard]] ExactRun run_exactly(const SceneModel& model, const CostOptions& options);

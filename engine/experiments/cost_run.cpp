@@ -73,11 +73,11 @@ struct OwnRun {
     }
 };
 
-/// has_other_trees   than the scene's
-CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of, bool has_other_trees) {
+/// model   the scene's, or a variant of it
+CostOwnRun run_by_itself(const SceneModel& scene, const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of) {
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
-    if (!go_to_start(simulator, options, has_other_trees)) {
+    if (!go_to_start(simulator, options, scene)) {
         row.failure = kForeignStart;
         return row;
     }
@@ -145,7 +145,7 @@ CostOwnRun find_own_run(const SceneModel& model, const CostOptions& options, con
     if (options.parts != nullptr)
         if (auto known = options.parts->own_run(index)) return std::move(*known);
     const SceneModel& own = model_of(model, options, row);
-    CostOwnRun run = run_by_itself(own, options, exact, row, own.contact.sphere_trees != model.contact.sphere_trees);
+    CostOwnRun run = run_by_itself(model, own, options, exact, row);
     if (options.parts != nullptr && !options.interrupted())
         if (const auto kept = options.parts->keep(index, run); !kept) notices.push_back(kept.error().to_string());
     return run;

@@ -292,6 +292,19 @@ TEST(Cost, OfABallOnATableFallsAsTheBudgetGrows) {
     for (const CostRow& same : {table.rows[3], table.rows[4]}) EXPECT_TRUE(is_all_zero(same)) << same.name();
 }
 
+TEST(Cost, MissedPatchesAreUnseenWhereTheSurfacesAreNearInTheAnswerToo) {
+    const auto of = [](std::initializer_list<std::uint16_t> cells) {
+        PatchContacts list;
+        for (const std::uint16_t cell : cells) list.push_back({{Thing::body(0), Thing::body(1), {cell, 0, 0}}, 1e-4});
+        return list;
+    };
+    EXPECT_EQ(count_unseen(of({1, 2, 3, 5}), of({2, 4}), of({1, 2, 4, 5})), 2u);
+    EXPECT_EQ(count_unseen(of({1, 2, 3, 5}), of({2, 4}), of({2, 4})), 0u) << "1, 3 and 5 are apart";
+    PatchContacts presses = of({1});
+    presses.front().patch.other = Thing::instrument(0);
+    EXPECT_EQ(count_unseen(presses, {}, presses), 0u) << "of an instrument no search is compared";
+}
+
 /// Under any budget an answer has all that is near in its own state, by a search that shares nothing with it; or else counts it as open.
 TEST(Cost, NoAnswerOverlooksWhatIsNearInItsOwnState) {
     const PreparedScene prepared = test::prepare(kBallOnTable);

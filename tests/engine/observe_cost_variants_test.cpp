@@ -82,6 +82,12 @@ TEST(Variants, WithTreesThatHoldTheirSurfaceMissNothingAtAnyBudget) {
         EXPECT_GT(row.contacts.reference, 0u);
         EXPECT_EQ(row.steps, 40u);
     }
+    const CostTable alone = *measure_cost(own, kCost, options_of({"work:100", "exact"}, 40));
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(table.rows[k].contacts.reference, alone.rows[k].contacts.reference) << "as many steps are compared as without variants";
+        EXPECT_EQ(table.rows[k].contacts.spurious, alone.rows[k].contacts.spurious);
+    }
+    EXPECT_EQ(table.rows[5].contacts.reference, alone.rows[1].contacts.reference);
     EXPECT_GT(table.rows[5].trajectory.hausdorff, 0.0) << "spheres overlap before surfaces do";
     EXPECT_NE(table.rows[3].leaf_contacts_mean, table.rows[1].leaf_contacts_mean) << "other trees have other leaves";
     const std::string csv = cost_csv(table);
