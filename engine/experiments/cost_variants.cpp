@@ -24,7 +24,8 @@ std::vector<VariantWord> list_variants() {
             {"heuristic", "the same, moved as their paper moves them: they may lose surface"},
             {"surface", "solids push by the depth of their surfaces"},
             {"spheres", "solids push by the overlap of their spheres, as in the sphere-tree paper"},
-            {"coarse", "without the exact stage"}};
+            {"coarse", "without the exact stage"},
+            {"culled-cpu", "the exact stage's candidates are filtered by chromatic sets in image space first, by the CPU reference"}};
 }
 
 Result<Scene> make_variant(const Scene& scene, std::string_view name) {
@@ -42,6 +43,9 @@ Result<Scene> make_variant(const Scene& scene, std::string_view name) {
     } else if (name == "coarse") {
         changed = variant.effects.exact_contact;
         variant.effects.exact_contact = false;
+    } else if (name == "culled-cpu") {
+        changed = variant.contact.culling != Culling::Cpu;
+        variant.contact.culling = Culling::Cpu;
     } else {
         return variant_error(fmt::format("\"{}\" is none; known: {}", name, known_variants()));
     }

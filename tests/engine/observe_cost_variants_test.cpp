@@ -106,6 +106,19 @@ TEST(Variants, WithoutTheExactStageLoseIt) {
     EXPECT_EQ(table.rows[1].exact_steps, 0u);
 }
 
+TEST(Variants, WithCulledCandidatesAnswerTheSame) {
+    const std::string text = test::bent_tube_scene({.host_body = test::kOrgan});
+    const PreparedScene own = test::prepare(text), culled = prepare_variant(text, "culled-cpu");
+    CostOptions options = options_of({"exact"}, 60);
+    options.variants = {{"culled-cpu", &culled.model}};
+    const CostTable table = *measure_cost(own, {}, options);
+    ASSERT_EQ(table.rows.size(), 2u);
+    EXPECT_GT(table.rows[0].contacts.reference, 0u);
+    EXPECT_EQ(table.rows[1].contacts.missed + table.rows[1].contacts.spurious, 0u);
+    EXPECT_EQ(table.rows[1].force_error_rel, 0.0);
+    EXPECT_EQ(table.rows[1].state_hash, table.rows[0].state_hash);
+}
+
 class Parts : public test::Folder {};
 
 bool same_run(const CostOwnRun& a, const CostOwnRun& b) {
