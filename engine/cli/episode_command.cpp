@@ -80,7 +80,7 @@ int episode(const EpisodeOptions& options) {
     progress.clear();
     if (!played) return report_error(played.error());
     if (played->interrupted) return kExitInterrupted;
-    if (const auto written = write_episode(*played, out); !written) return report_error(written.error());
+    if (const auto written = write_episode(*played, **task, {options.scene, options.settings.values, options.settings.anatomy_seed}, out); !written) return report_error(written.error());
     print_episode(*played, out);
     if (played->failure.empty()) return kExitFine;
     report_error({ErrorCode::BadValue, "the simulation ended before the episode did: " + played->failure});

@@ -50,11 +50,11 @@ const JsonKey<PlayedEpisode> kKeys[] = {
 
 /// Values of action_table_columns().
 std::string row_of(const ActionOutcome& o, double time) {
-    return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", o.action, time, o.reward, o.remaining, o.distance, o.force, o.exits, o.unresolved, o.exact_steps,
+    return fmt::format("{},{},{},{},{},{},{},{},{},{}", o.action, time, o.reward, o.remaining, o.distance, o.force, o.exits, o.unresolved, o.exact_steps,
                        o.overruns);
 }
 
-void add_action(PlayedEpisode& episode, const ActionOutcome& o, double time) {
+void add_action(PlayedEpisode& episode, std::span<const double> action, const ActionOutcome& o, double time) {
     episode.actions = o.action;
     episode.seconds = time;
     episode.reward += o.reward;
@@ -67,7 +67,7 @@ void add_action(PlayedEpisode& episode, const ActionOutcome& o, double time) {
     episode.overruns += o.overruns, episode.exact_steps += o.exact_steps;
     episode.failure = o.failure;
     episode.state_hash = o.hash;
-    episode.table += row_of(o, time);
+    episode.table += row_of(o, time) + record_cells(action, o.hash) + "\n";
 }
 
 } // namespace
@@ -81,7 +81,7 @@ Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std:
     PlayedEpisode episode{.scene = task->model().name, .target = task->targets[environment.target()].name, .policy = policy, .seed = seed,
                           .budget = BudgetSpec{task->budget}.to_string(), .action_limit = task->action_limit,
                           .distance = environment.outcome().distance, .closest = environment.outcome().distance, .failure = {},
-                          .table = action_table_header() + "\n"};
+                          .table = action_table_header() + record_columns(task->model()) + "\n"};
     std::vector<float> observation(task->observation_size());
     std::vector<double> action(2 * task->devices());
     const std::uint64_t first = environment.simulator()->state().step;
@@ -97,19 +97,26 @@ Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std:
             return acted.error();
         }
         environment.step(action);
-        add_action(episode, environment.outcome(), environment.simulator()->state().time - start_s);
+        add_action(episode, action, environment.outcome(), environment.simulator()->state().time - start_s);
     }
     episode.steps = environment.simulator()->state().step - first;
     return episode;
 }
 
-Result<void> write_episode(const PlayedEpisode& episode, const std::filesystem::path& folder) {
+Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const EpisodeSource& source, const std::filesystem::path& folder) {
     if (auto written = write_file_atomically(folder / output_name::kActions, episode.table); !written) return written;
-    return write_file_atomically(folder / output_name::kSummary, write_keys<PlayedEpisode>(kKeys, episode).dump(2) + "\n");
+    const std::string figures = write_keys<PlayedEpisode>(kKeys, episode).dump(2) + "\n";
+    if (auto written = write_file_atomically(folder / output_name::kSummary, figures); !written) return written;
+    constexpr const char* kFiles[] = {output_name::kActions, output_name::kSummary};
+    return can_be_recorded(task) ? write_manifest(task, source, episode.seed, kFiles, folder) : Result<void>();
 }
 
 std::vector<OutputTable> episode_output_tables() {
-    return {{"actions.csv", "`episode`: one row for each action.", action_table_columns()},
+    std::vector<OutputKey> columns = action_table_columns();
+    columns.push_back({"NAME.insertion_mm_s", "mm/s", "What the policy asked of the instrument NAME; taken within its limits."});
+    columns.push_back({"NAME.rotation_rad_s", "rad/s", "Likewise."});
+    columns.push_back({episode_record::kState, "", "Hash of the state after the action, 16 hexadecimal digits."});
+    return {{"actions.csv", "`episode`: one row for each action.", std::move(columns)},
             {"summary.json of an episode", "", keys_of<PlayedEpisode>(kKeys)}};
 }
 

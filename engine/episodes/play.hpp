@@ -1,7 +1,8 @@
-// One episode of a task, played by a policy: its figures (summary.json) and a row for each action (actions.csv).
+// One episode of a task, played by a policy: its figures (summary.json), a row for each action (actions.csv), and what makes them a record.
 #pragma once
 
 #include "engine/episodes/environment.hpp"
+#include "engine/episodes/record.hpp"
 #include "engine/report/output_keys.hpp"
 
 #include <filesystem>
@@ -35,10 +36,10 @@ struct PlayedEpisode {
 /// fails     as make_policy, Policy::act and Environment::reset
 [[nodiscard]] Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std::uint64_t seed, const std::string& policy, const Progress& progress);
 
-/// Both files, complete.
-[[nodiscard]] Result<void> write_episode(const PlayedEpisode& episode, const std::filesystem::path& folder);
+/// All files, complete.
+[[nodiscard]] Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const EpisodeSource& source, const std::filesystem::path& folder);
 
-/// Keys and columns of both.
+/// Keys and columns of summary.json and actions.csv.
 [[nodiscard]] std::vector<OutputTable> episode_output_tables();
 
 } // namespace trocar::engine

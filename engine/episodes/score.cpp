@@ -1,8 +1,10 @@
 #include "engine/episodes/score.hpp"
 
 #include "engine/episodes/environment.hpp"
+#include "engine/episodes/record.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/state/bit_hash.hpp"
+#include "engine/report/output_folder.hpp"
+#include "engine/scene/override.hpp"
 #include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
@@ -17,8 +19,7 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr int kVersion = 1;
-constexpr const char* kKind = "trocar-episode";
+using episode_record::kKind, episode_record::kVersion;
 
 struct ActionRow {
     std::vector<double> action; // [devices][2] mm/s, rad/s
@@ -42,38 +43,49 @@ Result<std::string> read_checked(const std::filesystem::path& file, const std::s
 
 Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
     std::error_code failed;
-    if (std::filesystem::is_directory(folder, failed) && !std::filesystem::exists(folder / "manifest.hash", failed))
-        return wrong(folder, "is no recorded episode: it has no manifest.hash; expected a folder that `record` of trocar.gym.Navigation wrote");
-    const auto hash = read_file_bytes(folder / "manifest.hash");
+    if (std::filesystem::is_directory(folder, failed) && !std::filesystem::exists(folder / output_name::kManifestHash, failed))
+        return wrong(folder, "is no recorded episode: it has no manifest.hash; expected a folder that `trocar episode`, or `record` of trocar.gym.Navigation, wrote");
+    const auto hash = read_file_bytes(folder / output_name::kManifestHash);
     if (!hash.ok()) return hash.error();
-    const auto text = read_checked(folder / "manifest.json", std::string(hash->begin(), hash->end()).substr(0, 16));
+    const auto text = read_checked(folder / output_name::kManifest, std::string(hash->begin(), hash->end()).substr(0, 16));
     if (!text.ok()) return text.error();
-    if (hash->size() != 17 || hash->back() != '\n') return wrong(folder / "manifest.hash", "was changed after it was written; expected 16 hex digits and a line break");
+    if (hash->size() != 17 || hash->back() != '\n') return wrong(folder / output_name::kManifestHash, "was changed after it was written; expected 16 hex digits and a line break");
     auto json = nlohmann::json::parse(*text, nullptr, false);
-    if (!json.is_object() || json.value("kind", "") != kKind) return wrong(folder / "manifest.json", "is no manifest of an episode");
+    if (!json.is_object() || json.value("kind", "") != kKind) return wrong(folder / output_name::kManifest, "is no manifest of an episode");
     if (json.value("version", 0) != kVersion)
-        return wrong(folder / "manifest.json", fmt::format("is of version {}; this program reads version {}", json.value("version", 0), kVersion));
+        return wrong(folder / output_name::kManifest, fmt::format("is of version {}; this program reads version {}", json.value("version", 0), kVersion));
     return json;
 }
 
+std::vector<std::string_view> split_cells(std::string_view line) {
+    std::vector<std::string_view> cells;
+    for (std::size_t comma; (comma = line.find(',')) != std::string_view::npos; line.remove_prefix(comma + 1)) cells.push_back(line.substr(0, comma));
+    cells.push_back(line);
+    return cells;
+}
+
+/// Commands and states, by the names of their columns.
 Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std::filesystem::path& file) {
+    std::vector<std::string_view> names;
     std::vector<ActionRow> rows;
     std::size_t line = 0;
     for (std::size_t at = 0; at < text.size(); ++line) {
         const std::size_t end = text.find('\n', at);
         if (end == std::string::npos) return wrong(file, "the last line has no end", line + 1);
-        const std::string_view row = std::string_view(text).substr(at, end - at);
+        const auto cells = split_cells(std::string_view(text).substr(at, end - at));
         at = end + 1;
-        if (line == 0) continue; // the header
-        ActionRow& out = rows.emplace_back();
-        std::size_t from = 0;
-        for (std::size_t comma; (comma = row.find(',', from)) != std::string_view::npos; from = comma + 1) {
-            double value = 0.0;
-            const auto [rest, failed] = std::from_chars(row.data() + from, row.data() + comma, value);
-            if (failed != std::errc{} || rest != row.data() + comma || !std::isfinite(value)) return wrong(file, "expected finite numbers and a hash", line + 1);
-            out.action.push_back(value);
+        if (line == 0) names = cells;
+        if (line == 0) continue;
+        if (cells.size() != names.size()) return wrong(file, fmt::format("found {} cells, expected {}", cells.size(), names.size()), line + 1);
+        ActionRow& row = rows.emplace_back();
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            if (names[i] == episode_record::kState) row.hash = cells[i];
+            if (!names[i].ends_with(episode_record::kInsertion) && !names[i].ends_with(episode_record::kRotation)) continue;
+            double& value = row.action.emplace_back();
+            const char* const last = cells[i].data() + cells[i].size();
+            const auto [rest, failed] = std::from_chars(cells[i].data(), last, value);
+            if (failed != std::errc{} || rest != last || !std::isfinite(value)) return wrong(file, "expected finite numbers and a hash", line + 1);
         }
-        out.hash = row.substr(from);
     }
     return rows;
 }
@@ -100,12 +112,13 @@ struct Course {
     std::string program, model, file, text;
     std::uint64_t seed = 0;
     std::optional<std::uint32_t> anatomy_seed;
+    std::vector<std::string> settings; // POINTER=VALUE
     TaskOptions options;
     std::vector<ActionRow> rows;
 };
 
 Result<Course> read_course(const std::filesystem::path& folder) {
-    const std::filesystem::path manifest = folder / "manifest.json";
+    const std::filesystem::path manifest = folder / output_name::kManifest;
     const auto json = read_manifest(folder);
     if (!json.ok()) return json.error();
     Course course;
@@ -114,11 +127,12 @@ Result<Course> read_course(const std::filesystem::path& folder) {
         const auto& scene = json->at("scene");
         course.file = scene.at("file"), course.text = scene.at("text");
         if (!scene.at("anatomy_seed").is_null()) course.anatomy_seed = scene.at("anatomy_seed").get<std::uint32_t>();
+        course.settings = scene.value("set", std::vector<std::string>());
         course.seed = std::stoull(json->at("seed").get<std::string>());
         for (const auto& [name, hash] : json->at("files").items()) {
             auto text = read_checked(folder / std::filesystem::path(name).filename(), hash.get<std::string>());
             if (!text.ok()) return text.error();
-            if (name != "actions.csv") continue;
+            if (name != output_name::kActions) continue;
             auto rows = parse_actions(*text, folder / name);
             if (!rows.ok()) return rows.error();
             course.rows = std::move(*rows);
@@ -133,7 +147,15 @@ Result<Course> read_course(const std::filesystem::path& folder) {
 }
 
 Result<Scene> read_scene_of(const Course& course, const std::filesystem::path& replacement) {
-    auto scene = !replacement.empty() ? read_scene(replacement) : course.text.empty() ? read_scene(course.file) : parse_scene(course.text, course.file);
+    std::vector<SceneOverride> settings;
+    for (const std::string& setting : course.settings) {
+        auto override = parse_override(setting);
+        if (!override.ok()) return override.error();
+        settings.push_back(std::move(*override));
+    }
+    auto scene = !replacement.empty() ? read_scene(replacement, settings)
+                 : course.text.empty() ? read_scene(course.file, settings)
+                                       : parse_scene(course.text, course.file, settings);
     if (!scene.ok()) return scene;
     scene->budget.limits = *course.options.budget;
     if (course.anatomy_seed)
@@ -143,12 +165,6 @@ Result<Scene> read_scene_of(const Course& course, const std::filesystem::path& r
 }
 
 } // namespace
-
-std::uint64_t hash_file_bytes(std::string_view bytes) noexcept {
-    BitHash hash;
-    hash.add_bytes(bytes);
-    return hash.value();
-}
 
 Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double force_limit, const std::filesystem::path& replacement,
                                    bool& differs, const Progress& progress) {
@@ -164,7 +180,7 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
     if (!prepared.ok()) return prepared.error();
     if (const std::string model = hex(hash_model(prepared->model)); model != course->model) {
         differs = true;
-        return wrong(folder / "manifest.json", fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model, scene->file.string(), model));
+        return wrong(folder / output_name::kManifest, fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model, scene->file.string(), model));
     }
     auto task = make_task(*scene, std::make_shared<const PreparedScene>(std::move(*prepared)), course->options, progress);
     if (!task.ok()) return task.error();
@@ -175,16 +191,16 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
     for (std::size_t k = 0; k < course->rows.size(); ++k) {
         const ActionRow& row = course->rows[k];
         if (row.action.size() != 2 * (*task)->devices())
-            return wrong(folder / "actions.csv", fmt::format("found {} numbers, expected {}", row.action.size(), 2 * (*task)->devices()), k + 2);
+            return wrong(folder / output_name::kActions, fmt::format("found {} numbers, expected {}", row.action.size(), 2 * (*task)->devices()), k + 2);
         if (score.success || !score.failure.empty()) {
             differs = true;
-            return wrong(folder / "actions.csv", "an action after the episode's end", k + 2);
+            return wrong(folder / output_name::kActions, "an action after the episode's end", k + 2);
         }
         environment.step(row.action);
         const ActionOutcome& outcome = environment.outcome();
         if (hex(outcome.hash) != row.hash) {
             differs = true;
-            return wrong(folder / "actions.csv", fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build", hex(outcome.hash), row.hash), k + 2);
+            return wrong(folder / output_name::kActions, fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build", hex(outcome.hash), row.hash), k + 2);
         }
         ++score.actions;
         score.success = outcome.terminated;

@@ -1,8 +1,5 @@
-// An episode that was written down (trocar.gym: Navigation.record), simulated again and judged.
-//
-// Its folder: manifest.json (scene, options, seed, budget, hashes of the model and of the files), manifest.hash, actions.csv (a row for
-// each action, with the hash of the state after it), observations.npy. An edited byte is found: of a file by its hash, of the course by
-// simulating it again.
+// An episode that was written down (record.hpp), simulated again and judged. An edited byte is found: of a file by its hash, of the course
+// by simulating it again.
 #pragma once
 
 #include "engine/episodes/task.hpp"
@@ -34,8 +31,5 @@ struct EpisodeScore {
 /// fails        FileNotFound, BadSyntax: an incomplete or edited folder; BadValue: another scene, or another course
 [[nodiscard]] Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double force_limit, const std::filesystem::path& scene,
                                                  bool& differs, const Progress& progress = {});
-
-/// The hash that an episode's files are known by.
-[[nodiscard]] std::uint64_t hash_file_bytes(std::string_view bytes) noexcept;
 
 } // namespace trocar::engine

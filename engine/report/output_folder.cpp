@@ -110,7 +110,8 @@ bool is_page(std::string_view name) {
     return name == output_name::kSteps || name == output_name::kActions || name == output_name::kPartialSteps || name == output_name::kSummary ||
            name == output_name::kReport || name == output_name::kTrace || name == output_name::kCost || name == output_name::kCostJson ||
            name == output_name::kPath || name == output_name::kCentreline || name == output_name::kPlan || name == output_name::kPrepare ||
-           name == output_name::kSpheres || name == output_name::kCheckpoint;
+           name == output_name::kSpheres || name == output_name::kCheckpoint || name == output_name::kManifest ||
+           name == output_name::kManifestHash;
 }
 
 /// .NAME.PID.COUNT.part, which a run that was killed while it wrote leaves behind

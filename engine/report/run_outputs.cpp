@@ -18,6 +18,8 @@ OutputTable folder_table() {
              {output_name::kPartialSteps, "", "`run`: its rows while the run goes on; all that is left of a run that was killed."},
              {output_name::kSummary, "", "`run`, `episode`: it in numbers."},
              {output_name::kActions, "", "`episode`: a row for each action."},
+             {output_name::kManifest, "", "`episode`: what `score` simulates it again from; none where the budget is a time."},
+             {output_name::kManifestHash, "", "`episode`: the hash of `manifest.json`."},
              {output_name::kReport, "", "`run`, `cost`, `plan`: one page without any other file."},
              {"anatomy_01_t30.00s.png", "", "`run`: a picture, named by view (`anatomy`, `tip`, `fluoro`), number and simulated time."},
              {output_name::kTrace, "", "`run --trace`: the stages of every step for chrome://tracing and ui.perfetto.dev."},

@@ -1,6 +1,6 @@
 #include "engine/episodes/environment_batch.hpp"
 #include "engine/episodes/rollout.hpp"
-#include "engine/episodes/score.hpp"
+#include "engine/episodes/record.hpp"
 #include "engine/time/clock.hpp"
 #include "python/binding/arrays.hpp"
 #include "python/binding/batch_answers.hpp"

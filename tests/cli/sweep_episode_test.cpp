@@ -94,6 +94,48 @@ TEST_F(EpisodeCommand, TheFiguresOfAnEpisodeAreThoseOfItsActions) {
         }
 }
 
+TEST_F(EpisodeCommand, AFolderThatIsKeptIsARecordThatScoreJudgesTheSame) {
+    write("scenes/navigation.json", kNavigation);
+    write("policy.py", kPolicies);
+    write_sweep(R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--time", "6", "--reward", "10,1,-0.1,-0.005"], "keep": "folder",
+        "vary": {"--policy": ["random", "advance", "policy.py"], "/instruments/wire/friction": [0, 0.2], "--budget": ["exact", "work:20"], "--seed": [1, 2]}})");
+    (void)table_of("a");
+    std::size_t count = 0, arrived = 0;
+    fs::path one;
+    for (const auto& entry : fs::directory_iterator(folder / "a" / "runs")) {
+        one = entry.path();
+        const Json figures = Json::parse(text_of(one / "summary.json"));
+        const Ended scored = call({"score", one.string()});
+        ASSERT_TRUE(ended_with(scored, 0)) << scored;
+        const bool success = figures["success"].get<bool>();
+        for (const std::string& piece : {"state " + figures["state_hash"].get<std::string>(), std::to_string(figures["length"].get<int>()) + " actions",
+                                         std::string(success ? "success yes" : "success no"), "to " + figures["target"].get<std::string>() + ":"})
+            EXPECT_TRUE(scored.says(piece)) << piece << "\n" << scored;
+        arrived += success;
+        ++count;
+    }
+    EXPECT_EQ(count, 24u);
+    EXPECT_GT(arrived, 0u);
+    for (const char* file : {"actions.csv", "summary.json", "manifest.json", "manifest.hash"}) {
+        const std::string text = text_of(one / file);
+        std::string edited = text;
+        edited[edited.size() / 2] ^= 1;
+        std::ofstream(one / file, std::ios::binary) << edited;
+        EXPECT_TRUE(ended_with(call({"score", one.string()}), 5)) << file;
+        std::ofstream(one / file, std::ios::binary) << text;
+    }
+    EXPECT_TRUE(ended_with(call({"score", one.string()}), 0));
+}
+
+TEST_F(EpisodeCommand, AnEpisodeOfABudgetOfTimeIsNoRecord) {
+    const std::string scene = write("scenes/navigation.json", kNavigation).string();
+    ASSERT_TRUE(ended_with(call({"episode", scene, "--time", "2", "--budget", "1ms", "--out", out().string()}), 0));
+    EXPECT_FALSE(fs::exists(out() / "manifest.json"));
+    const Ended scored = call({"score", out().string()});
+    EXPECT_TRUE(ended_with(scored, 5));
+    EXPECT_TRUE(scored.says("is no recorded episode")) << scored;
+}
+
 TEST_F(EpisodeCommand, BadPoliciesAreRefusedBeforeAnythingRuns) {
     write("scenes/navigation.json", kNavigation);
     write("policy.py", "import no_such_module\n");

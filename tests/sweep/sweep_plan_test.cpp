@@ -184,6 +184,18 @@ TEST_F(SweepPlanTest, TheTableOfManyRunsIsNeverHeldWhole) {
 #endif
 }
 
+TEST_F(SweepPlanTest, ThePageOfCostsBeginsWithErrorAgainstTime) {
+    const auto page_of = [&](const std::string& command) {
+        const SweepPlan plan = plan_of(R"({"scene": "ball.json", "command": ")" + command + R"(", "vary": {"/budget": ["exact", "work:5"]},
+            "collect": {"kept": "/rows/0/budget_kept", "ms": "/rows/0/charged_ms/p50", "force": "/rows/0/force_error_rel"}})");
+        SweepTable table;
+        table.rows = plan.run_count();
+        return SweepPage(column_names(plan), plan).text("page", table, folder / "out", folder);
+    };
+    EXPECT_NE(page_of("cost").find(R"("time":4,"error":5})"), std::string::npos);
+    EXPECT_EQ(page_of("run").find(R"("time":)"), std::string::npos);
+}
+
 TEST_F(SweepPlanTest, ATableThatCannotBeWrittenEndsTheCollection) {
     const SweepPlan plan = plan_of(kSweep);
     const auto table = collect_table(folder / "out", plan, [](std::uint64_t run, const std::vector<std::string>& row) -> Result<void> {

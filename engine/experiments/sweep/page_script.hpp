@@ -7,13 +7,13 @@ inline constexpr const char* kSweepStyle = R"css(
 .choose{display:flex;flex-wrap:wrap;gap:14px 22px;margin:22px 0 8px}
 .choose label{font-size:13px;color:var(--soft)}
 .choose select{display:block;font:inherit;color:var(--ink);max-width:17em;padding:4px 6px;border:1px solid var(--line);border-radius:6px;background:#fff}
-.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(380px,1fr));gap:28px}
+.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(380px,1fr));gap:28px}
 .plots svg{width:100%;height:auto;overflow:visible}
 .plots text{font-size:12px;fill:#6b7280}.plots .v{font-size:11px}
 td.bad{color:var(--bad)}td.missing{color:var(--soft)}
 )css";
 
-/// Reads `data`: {columns, varied, rows}; rows as text. What is true counts as 1, a value of several members is named by them. Numbers are compared as numbers where all of a column are.
+/// Reads `data`: {columns, varied, rows, time, error}; rows as text; time and error, where they are not null, are the columns of the first plot. What is true counts as 1, a value of several members is named by them. Numbers are compared as numbers where all of a column are.
 inline constexpr const char* kSweepScript = R"js(
 const names=data.columns,varied=data.varied,first=varied+2;
 const truth={true:'1',false:'0'};
@@ -29,9 +29,10 @@ function add(label,key,options,value,store){const l=document.createElement('labe
 const inputs=[];for(let i=0;i<varied;i++)if(levels(i).length>1)inputs.push(i);
 const outputs=[];for(let i=first;i<names.length;i++)if(numeric[i])outputs.push(i);
 const option=i=>[i,names[i]];
-add('value','v',outputs.map(option),outputs[0]??'',chosen);
-add('across','x',[...inputs,...outputs].map(option),inputs[0]??outputs[0]??'',chosen);
-add('lines and rows','g',[['','one for all'],...inputs.map(option)],inputs[1]??'',chosen);
+const begin=outputs.includes(data.time)&&outputs.includes(data.error);
+add('value','v',outputs.map(option),begin?data.error:outputs[0]??'',chosen);
+add('across','x',[...inputs,...outputs].map(option),begin?data.time:inputs[0]??outputs[0]??'',chosen);
+add('lines and rows','g',[['','one for all'],...inputs.map(option)],(begin?inputs.find(i=>names[i]!=='--budgets'):inputs[1])??'',chosen);
 add('scales','s',[['ll','linear'],['gl','log across'],['lg','log value'],['gg','both log']],'ll',chosen);
 for(const i of inputs)add('only '+names[i],i,[['','all'],...levels(i).map(v=>['='+v,label(v)])],'',filters);
 const NS='http://www.w3.org/2000/svg';

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 
 namespace trocar::engine {
@@ -46,6 +47,14 @@ std::optional<double> number_of(const std::string& cell) {
     double value = 0.0;
     const auto read = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     return read.ec == std::errc() && read.ptr == cell.data() + cell.size() && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+/// The first collected pointer that has one of these in its name, the first of them before the others.
+std::optional<std::size_t> find_collected(const SweepPlan& plan, std::initializer_list<std::string_view> pieces) {
+    for (const std::string_view piece : pieces)
+        for (std::size_t i = 0; i < plan.collect.size(); ++i)
+            if (plan.collect[i].pointer.find(piece) != std::string::npos) return i;
+    return std::nullopt;
 }
 
 } // namespace
@@ -116,7 +125,12 @@ std::string SweepPage::text(const std::string& title, const SweepTable& table, c
     for (std::size_t k = 0; k < listed_.size(); ++k) page += row_text(k, folder, page_folder);
     page += "</table></div>\n";
     if (table.rows > kMostListed) page += fmt::format("<p class=\"soft\">{} more rows are in the CSV file.</p>\n", table.rows - kMostListed);
-    const Json data{{"columns", columns_}, {"varied", varied_}, {"rows", plotted_}};
+    Json data{{"columns", columns_}, {"varied", varied_}, {"rows", plotted_}};
+    if (plan_.command == SweepCommand::Cost) { // error against time comes first
+        const auto column = [&](std::optional<std::size_t> item) { return item ? Json(varied_ + 2 + *item) : Json(); };
+        data["time"] = column(find_collected(plan_, {"/charged_ms/", "/step_ms/"}));
+        data["error"] = column(find_collected(plan_, {"error", "_rms_m", "missed"}));
+    }
     return page + "<script>\nconst data=" + script_json(data) + ";\n" + kSweepScript + "</script>\n</main></body></html>\n";
 }
 
