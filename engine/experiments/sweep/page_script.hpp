@@ -13,12 +13,12 @@ inline constexpr const char* kSweepStyle = R"css(
 td.bad{color:var(--bad)}td.missing{color:var(--soft)}
 )css";
 
-/// Reads `data`: {columns, varied, rows, time, error}; rows as text; time and error, where they are not null, are the columns of the first plot. What is true counts as 1, a value of several members is named by them. Numbers are compared as numbers where all of a column are.
+/// Reads `data`: {columns, varied, rows, time, error}; rows as text; time and error, where they are not null, are the columns of the first plot. What is true counts as 1, a value of several members is named by them, a scene by its file's name. Numbers are compared as numbers where all of a column are.
 inline constexpr const char* kSweepScript = R"js(
 const names=data.columns,varied=data.varied,first=varied+2;
 const truth={true:'1',false:'0'};
 const cells=data.rows.filter(r=>r[varied+1]==='done').map(r=>r.map((s,i)=>i<first?s:truth[s]??s));
-const label=s=>{try{const v=JSON.parse(s);if(v!==null&&typeof v==='object')return Object.values(v).flat().join(' ')}catch{}return s};
+const label=s=>{try{const v=JSON.parse(s);if(v!==null&&typeof v==='object')return Object.values(v).flat().join(' ')}catch{}return s.endsWith('.json')?s.slice(s.lastIndexOf('/')+1,-5):s};
 const number=s=>s!==''&&isFinite(Number(s));
 const numeric=names.map((n,i)=>cells.some(r=>number(r[i]))&&cells.every(r=>r[i]===''||number(r[i])));
 const levels=i=>{const s=[...new Set(cells.map(r=>r[i]))];return numeric[i]?s.sort((a,b)=>a-b):s};
