@@ -80,8 +80,12 @@ int episode(const EpisodeOptions& options) {
     progress.clear();
     if (!played) return report_error(played.error());
     if (played->interrupted) return kExitInterrupted;
-    if (const auto written = write_episode(*played, **task, {options.scene, options.settings.values, options.settings.anatomy_seed}, out); !written) return report_error(written.error());
+    const EpisodeSource source{options.scene, options.settings.values, options.settings.anatomy_seed};
+    if (const auto written = write_episode(*played, **task, source, out); !written) return report_error(written.error());
     print_episode(*played, out);
+    if (!can_be_recorded(**task))
+        fmt::print(stderr, "notice: budget {}: how far a step gets depends on the machine, so this is no record for `trocar score`; exact or work:TESTS is\n",
+                   played->budget);
     if (played->failure.empty()) return kExitFine;
     report_error({ErrorCode::BadValue, "the simulation ended before the episode did: " + played->failure});
     return kExitNotFinite;

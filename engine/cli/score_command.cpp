@@ -42,7 +42,10 @@ int score(const ScoreOptions& options) {
 Command add_score_command(CLI::App& app) {
     const auto options = std::make_shared<ScoreOptions>();
     CLI::App* command = app.add_subcommand("score", "Simulate a recorded episode again and judge it");
-    command->add_option("episode", options->folder, "folder that `trocar episode`, a sweep of it that keeps folders, or Navigation.record of the Python package has written")->required();
+    command
+        ->add_option("episode", options->folder,
+                     "folder that `trocar episode`, a sweep of it that keeps folders, or Navigation.record of the Python package has written")
+        ->required();
     command->add_option("--scene", options->scene, "its scene file, where that has moved");
     command->add_option("--force-limit", options->force_limit, "N, the largest force of a safe success")->check(number_range(0.0, 1e6));
     return {command, [options] { return score(*options); }};

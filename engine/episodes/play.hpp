@@ -37,7 +37,8 @@ struct PlayedEpisode {
 [[nodiscard]] Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std::uint64_t seed, const std::string& policy, const Progress& progress);
 
 /// All files, complete.
-[[nodiscard]] Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const EpisodeSource& source, const std::filesystem::path& folder);
+[[nodiscard]] Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const EpisodeSource& source,
+                                         const std::filesystem::path& folder);
 
 /// Keys and columns of summary.json and actions.csv.
 [[nodiscard]] std::vector<OutputTable> episode_output_tables();

@@ -19,8 +19,16 @@ using Json = nlohmann::ordered_json;
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 Json options_json(const TaskOptions& o) {
-    return {{"hold", o.hold_s}, {"points", o.points}, {"spacing", o.spacing}, {"memory", o.memory}, {"targets", o.targets}, {"tolerance", o.tolerance},
-            {"time_limit", o.time_limit_s}, {"reward", o.reward}, {"start_poses", o.start_poses}, {"start_spread", o.start_spread}};
+    return {{"hold", o.hold_s},
+            {"points", o.points},
+            {"spacing", o.spacing},
+            {"memory", o.memory},
+            {"targets", o.targets},
+            {"tolerance", o.tolerance},
+            {"time_limit", o.time_limit_s},
+            {"reward", o.reward},
+            {"start_poses", o.start_poses},
+            {"start_spread", o.start_spread}};
 }
 
 Json scene_json(const SceneModel& model, const EpisodeSource& source) {
@@ -37,7 +45,8 @@ Json scene_json(const SceneModel& model, const EpisodeSource& source) {
 std::string record_columns(const SceneModel& model) {
     std::string text;
     for (const auto& instrument : model.instruments)
-        for (const char* what : {episode_record::kInsertion, episode_record::kRotation}) text += fmt::format(",{}{}", instrument.name, what);
+        for (const char* what : {episode_record::kInsertion, episode_record::kRotation})
+            text += fmt::format(",{}{}", instrument.name, what);
     return text + "," + episode_record::kState;
 }
 
@@ -49,8 +58,8 @@ std::string record_cells(std::span<const double> action, std::uint64_t state_has
 
 bool can_be_recorded(const Task& task) noexcept { return task.budget.mode != BudgetMode::Wall; }
 
-Result<void> write_manifest(const Task& task, const EpisodeSource& source, std::uint64_t seed, std::span<const char* const> files,
-                            const std::filesystem::path& folder) {
+Result<void> write_manifest(const Task& task, const EpisodeSource& source, std::uint64_t seed,
+                            std::span<const char* const> files, const std::filesystem::path& folder) {
     Json json{{"kind", episode_record::kKind}, {"version", episode_record::kVersion}};
     json["program"] = fmt::format("{}, commit {}", build_facts().version, build_facts().commit);
     json["model"] = hex(hash_model(task.model()));

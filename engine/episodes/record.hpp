@@ -44,8 +44,8 @@ struct EpisodeSource {
 /// manifest.json and manifest.hash, after the files that they vouch for.
 /// files   names in the folder
 /// fails   CannotWrite, FileNotFound
-[[nodiscard]] Result<void> write_manifest(const Task& task, const EpisodeSource& source, std::uint64_t seed, std::span<const char* const> files,
-                                          const std::filesystem::path& folder);
+[[nodiscard]] Result<void> write_manifest(const Task& task, const EpisodeSource& source, std::uint64_t seed,
+                                          std::span<const char* const> files, const std::filesystem::path& folder);
 
 /// The hash that an episode's files are known by.
 [[nodiscard]] std::uint64_t hash_file_bytes(std::string_view bytes) noexcept;

@@ -44,12 +44,14 @@ Result<std::string> read_checked(const std::filesystem::path& file, const std::s
 Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
     std::error_code failed;
     if (std::filesystem::is_directory(folder, failed) && !std::filesystem::exists(folder / output_name::kManifestHash, failed))
-        return wrong(folder, "is no recorded episode: it has no manifest.hash; expected a folder that `trocar episode`, or `record` of trocar.gym.Navigation, wrote");
+        return wrong(folder,
+                     "is no recorded episode: it has no manifest.hash; expected a folder that `trocar episode`, or `record` of trocar.gym.Navigation, wrote");
     const auto hash = read_file_bytes(folder / output_name::kManifestHash);
     if (!hash.ok()) return hash.error();
     const auto text = read_checked(folder / output_name::kManifest, std::string(hash->begin(), hash->end()).substr(0, 16));
     if (!text.ok()) return text.error();
-    if (hash->size() != 17 || hash->back() != '\n') return wrong(folder / output_name::kManifestHash, "was changed after it was written; expected 16 hex digits and a line break");
+    if (hash->size() != 17 || hash->back() != '\n')
+        return wrong(folder / output_name::kManifestHash, "was changed after it was written; expected 16 hex digits and a line break");
     auto json = nlohmann::json::parse(*text, nullptr, false);
     if (!json.is_object() || json.value("kind", "") != kKind) return wrong(folder / output_name::kManifest, "is no manifest of an episode");
     if (json.value("version", 0) != kVersion)
@@ -84,7 +86,8 @@ Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std:
             double& value = row.action.emplace_back();
             const char* const last = cells[i].data() + cells[i].size();
             const auto [rest, failed] = std::from_chars(cells[i].data(), last, value);
-            if (failed != std::errc{} || rest != last || !std::isfinite(value)) return wrong(file, "expected finite numbers and a hash", line + 1);
+            if (failed != std::errc{} || rest != last || !std::isfinite(value))
+                return wrong(file, "expected finite numbers and a hash", line + 1);
         }
     }
     return rows;
@@ -180,7 +183,8 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
     if (!prepared.ok()) return prepared.error();
     if (const std::string model = hex(hash_model(prepared->model)); model != course->model) {
         differs = true;
-        return wrong(folder / output_name::kManifest, fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model, scene->file.string(), model));
+        return wrong(folder / output_name::kManifest, fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model,
+                                                                  scene->file.string(), model));
     }
     auto task = make_task(*scene, std::make_shared<const PreparedScene>(std::move(*prepared)), course->options, progress);
     if (!task.ok()) return task.error();
@@ -200,7 +204,10 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
         const ActionOutcome& outcome = environment.outcome();
         if (hex(outcome.hash) != row.hash) {
             differs = true;
-            return wrong(folder / output_name::kActions, fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build", hex(outcome.hash), row.hash), k + 2);
+            return wrong(folder / output_name::kActions,
+                         fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build",
+                                     hex(outcome.hash), row.hash),
+                         k + 2);
         }
         ++score.actions;
         score.success = outcome.terminated;

@@ -129,7 +129,10 @@ TEST_F(EpisodeCommand, AFolderThatIsKeptIsARecordThatScoreJudgesTheSame) {
 
 TEST_F(EpisodeCommand, AnEpisodeOfABudgetOfTimeIsNoRecord) {
     const std::string scene = write("scenes/navigation.json", kNavigation).string();
-    ASSERT_TRUE(ended_with(call({"episode", scene, "--time", "2", "--budget", "1ms", "--out", out().string()}), 0));
+    const Ended played = call({"episode", scene, "--time", "2", "--budget", "1ms", "--out", out().string()});
+    ASSERT_TRUE(ended_with(played, 0)) << played;
+    EXPECT_TRUE(played.says("notice: budget 1ms")) << played;
+    EXPECT_TRUE(played.says("no record for `trocar score`")) << played;
     EXPECT_FALSE(fs::exists(out() / "manifest.json"));
     const Ended scored = call({"score", out().string()});
     EXPECT_TRUE(ended_with(scored, 5));
