@@ -80,7 +80,7 @@ int episode(const EpisodeOptions& options) {
     progress.clear();
     if (!played) return report_error(played.error());
     if (played->interrupted) return kExitInterrupted;
-    const EpisodeSource source{options.scene, options.settings.values, options.settings.anatomy_seed};
+    const EpisodeSource source{options.scene, {}, options.settings.values, options.settings.anatomy_seed};
     if (const auto written = write_episode(*played, **task, source, out); !written) return report_error(written.error());
     print_episode(*played, out);
     if (!can_be_recorded(**task))

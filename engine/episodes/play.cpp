@@ -67,7 +67,7 @@ void add_action(PlayedEpisode& episode, std::span<const double> action, const Ac
     episode.overruns += o.overruns, episode.exact_steps += o.exact_steps;
     episode.failure = o.failure;
     episode.state_hash = o.hash;
-    episode.table += row_of(o, time) + record_cells(action, o.hash) + "\n";
+    episode.table += row_of(o, time) + "," + record_cells(action, o.hash) + "\n";
 }
 
 } // namespace
@@ -81,7 +81,7 @@ Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std:
     PlayedEpisode episode{.scene = task->model().name, .target = task->targets[environment.target()].name, .policy = policy, .seed = seed,
                           .budget = BudgetSpec{task->budget}.to_string(), .action_limit = task->action_limit,
                           .distance = environment.outcome().distance, .closest = environment.outcome().distance, .failure = {},
-                          .table = action_table_header() + record_columns(task->model()) + "\n"};
+                          .table = action_table_header() + "," + record_columns(task->model()) + "\n"};
     std::vector<float> observation(task->observation_size());
     std::vector<double> action(2 * task->devices());
     const std::uint64_t first = environment.simulator()->state().step;
@@ -107,8 +107,8 @@ Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const
     if (auto written = write_file_atomically(folder / output_name::kActions, episode.table); !written) return written;
     const std::string figures = write_keys<PlayedEpisode>(kKeys, episode).dump(2) + "\n";
     if (auto written = write_file_atomically(folder / output_name::kSummary, figures); !written) return written;
-    constexpr const char* kFiles[] = {output_name::kActions, output_name::kSummary};
-    return can_be_recorded(task) ? write_manifest(task, source, episode.seed, kFiles, folder) : Result<void>();
+    const std::string files[] = {output_name::kActions, output_name::kSummary};
+    return can_be_recorded(task) ? write_manifest(task, source, episode.seed, files, folder) : Result<void>();
 }
 
 std::vector<OutputTable> episode_output_tables() {

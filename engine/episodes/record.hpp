@@ -1,8 +1,8 @@
 // An episode as it is written down, for `score` to simulate again.
 //
 // Its folder: manifest.json (scene, options, seed, budget, hashes of the model and of the other files), manifest.hash, and actions.csv: a
-// row for each action, with the drive commands and the hash of the state after it; what else a row has is not read. The Python package
-// writes the same (Navigation.record).
+// row for each action, with the drive commands and the hash of the state after it; what else a row has is not read. `trocar episode` and
+// Navigation.record of the Python package write one.
 #pragma once
 
 #include "engine/episodes/task.hpp"
@@ -27,12 +27,13 @@ inline constexpr const char* kState = "state";
 
 /// What an episode's scene was read from.
 struct EpisodeSource {
-    std::filesystem::path scene;
+    std::filesystem::path scene;       // file
+    std::string text;                  // its content, where that is no file; empty: it is
     std::vector<std::string> settings; // POINTER=VALUE, in place of what the file says
     std::optional<std::uint32_t> anatomy_seed;
 };
 
-/// The columns' names, each after a comma.
+/// The columns' names, with commas between.
 [[nodiscard]] std::string record_columns(const SceneModel& model);
 /// The same columns of one action.
 /// action  [devices][2] mm/s and rad/s
@@ -45,9 +46,11 @@ struct EpisodeSource {
 /// files   names in the folder
 /// fails   CannotWrite, FileNotFound
 [[nodiscard]] Result<void> write_manifest(const Task& task, const EpisodeSource& source, std::uint64_t seed,
-                                          std::span<const char* const> files, const std::filesystem::path& folder);
+                                          std::span<const std::string> files, const std::filesystem::path& folder);
 
+/// 16 hexadecimal digits, as a record has hashes.
+[[nodiscard]] std::string hash_text(std::uint64_t hash);
 /// The hash that an episode's files are known by.
-[[nodiscard]] std::uint64_t hash_file_bytes(std::string_view bytes) noexcept;
+[[nodiscard]] std::string hash_file_bytes(std::string_view bytes);
 
 } // namespace trocar::engine

@@ -2,8 +2,10 @@
 
 #include "engine/episodes/environment.hpp"
 #include "engine/episodes/record.hpp"
+#include "engine/io/csv.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/report/output_folder.hpp"
+#include "engine/report/verdict.hpp"
 #include "engine/scene/override.hpp"
 #include "engine/step/model_hash.hpp"
 
@@ -30,14 +32,13 @@ Error wrong(const std::filesystem::path& file, std::string message, std::size_t 
     return {ErrorCode::BadSyntax, std::move(message), file.string(), line};
 }
 
-std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
-
 /// A file whose bytes have this hash.
 Result<std::string> read_checked(const std::filesystem::path& file, const std::string& hash) {
     auto bytes = read_file_bytes(file);
     if (!bytes.ok()) return bytes.error();
     std::string text(bytes->begin(), bytes->end());
-    if (hex(hash_file_bytes(text)) != hash) return wrong(file, fmt::format("was changed after it was written: its hash is {}, expected {}", hex(hash_file_bytes(text)), hash));
+    if (const std::string found = hash_file_bytes(text); found != hash)
+        return wrong(file, fmt::format("was changed after it was written: its hash is {}, expected {}", found, hash));
     return text;
 }
 
@@ -59,26 +60,14 @@ Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
     return json;
 }
 
-std::vector<std::string_view> split_cells(std::string_view line) {
-    std::vector<std::string_view> cells;
-    for (std::size_t comma; (comma = line.find(',')) != std::string_view::npos; line.remove_prefix(comma + 1)) cells.push_back(line.substr(0, comma));
-    cells.push_back(line);
-    return cells;
-}
-
 /// Commands and states, by the names of their columns.
 Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std::filesystem::path& file) {
-    std::vector<std::string_view> names;
+    const std::vector<CsvRow> table = read_csv(text);
     std::vector<ActionRow> rows;
-    std::size_t line = 0;
-    for (std::size_t at = 0; at < text.size(); ++line) {
-        const std::size_t end = text.find('\n', at);
-        if (end == std::string::npos) return wrong(file, "the last line has no end", line + 1);
-        const auto cells = split_cells(std::string_view(text).substr(at, end - at));
-        at = end + 1;
-        if (line == 0) names = cells;
-        if (line == 0) continue;
-        if (cells.size() != names.size()) return wrong(file, fmt::format("found {} cells, expected {}", cells.size(), names.size()), line + 1);
+    for (std::size_t k = 1; k < table.size(); ++k) {
+        const std::vector<std::string>&names = table.front().cells, &cells = table[k].cells;
+        if (cells.size() != names.size())
+            return wrong(file, fmt::format("found {}, expected {}", count_text(cells.size(), "cell", "cells"), names.size()), table[k].line);
         ActionRow& row = rows.emplace_back();
         for (std::size_t i = 0; i < cells.size(); ++i) {
             if (names[i] == episode_record::kState) row.hash = cells[i];
@@ -86,8 +75,7 @@ Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std:
             double& value = row.action.emplace_back();
             const char* const last = cells[i].data() + cells[i].size();
             const auto [rest, failed] = std::from_chars(cells[i].data(), last, value);
-            if (failed != std::errc{} || rest != last || !std::isfinite(value))
-                return wrong(file, "expected finite numbers and a hash", line + 1);
+            if (failed != std::errc{} || rest != last || !std::isfinite(value)) return wrong(file, "expected finite numbers and a hash", table[k].line);
         }
     }
     return rows;
@@ -96,12 +84,7 @@ Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std:
 Result<TaskOptions> read_options(const nlohmann::json& json, const std::filesystem::path& file) {
     TaskOptions options;
     try {
-        const auto& o = json.at("options");
-        options.hold_s = o.at("hold"), options.points = o.at("points"), options.spacing = o.at("spacing"), options.memory = o.at("memory");
-        options.targets = o.at("targets").get<std::vector<std::string>>();
-        options.tolerance = o.at("tolerance"), options.time_limit_s = o.at("time_limit");
-        options.reward = o.at("reward").get<std::array<double, kRewardTerms>>();
-        options.start_poses = o.at("start_poses"), options.start_spread = o.at("start_spread");
+        visit_options(options, [&told = json.at("options")](const char* name, auto& value) { told.at(name).get_to(value); });
         const auto budget = parse_budget(json.at("budget").get<std::string>());
         if (!budget.ok()) return budget.error();
         options.budget = budget->limits;
@@ -181,7 +164,7 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
     if (!scene.ok()) return scene.error();
     auto prepared = make_prepared_scene(*scene, progress);
     if (!prepared.ok()) return prepared.error();
-    if (const std::string model = hex(hash_model(prepared->model)); model != course->model) {
+    if (const std::string model = hash_text(hash_model(prepared->model)); model != course->model) {
         differs = true;
         return wrong(folder / output_name::kManifest, fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model,
                                                                   scene->file.string(), model));
@@ -202,11 +185,11 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
         }
         environment.step(row.action);
         const ActionOutcome& outcome = environment.outcome();
-        if (hex(outcome.hash) != row.hash) {
+        if (hash_text(outcome.hash) != row.hash) {
             differs = true;
             return wrong(folder / output_name::kActions,
                          fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build",
-                                     hex(outcome.hash), row.hash),
+                                     hash_text(outcome.hash), row.hash),
                          k + 2);
         }
         ++score.actions;

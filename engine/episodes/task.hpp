@@ -40,6 +40,21 @@ struct TaskOptions {
     std::optional<BudgetLimits> budget;   // none: the scene's
 };
 
+/// What a record and Python say of options, by name. The budget is said apart.
+template <class Options, class Visitor>
+void visit_options(Options& o, Visitor&& visit) {
+    visit("hold", o.hold_s);
+    visit("points", o.points);
+    visit("spacing", o.spacing);
+    visit("memory", o.memory);
+    visit("targets", o.targets);
+    visit("tolerance", o.tolerance);
+    visit("time_limit", o.time_limit_s);
+    visit("reward", o.reward);
+    visit("start_poses", o.start_poses);
+    visit("start_spread", o.start_spread);
+}
+
 struct TaskTarget {
     std::string name;
     Vec3 position = Vec3::Zero();    // m, at rest

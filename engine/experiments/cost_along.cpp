@@ -99,7 +99,7 @@ bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)
     start_ = exact_.state();
     if (!exact_.step().finite) return false;
     for (Along& along : along_) {
-        const Result<void> restored = along.simulator->restore(for_variant(start_, exact_.model(), along.simulator->model()));
+        const Result<void> restored = restore_variant(*along.simulator, start_, exact_.model());
         if (!restored) {
             table_.notices.push_back(fmt::format("answers of single steps are compared up to step {}: {}", steps_, restored.error().to_string()));
             return false;
@@ -142,12 +142,10 @@ void AlongExactStates::finish() {
 void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
     table_.near_patches += near.size();
     for (const PatchContact& c : near) {
-        const auto at =
-            std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
-        const bool covered = at != reference.end() && at->patch == c.patch;
-        table_.near_uncovered += !covered;
-        if (!covered) continue;
-        near_excess_sq_ += (at->depth - c.depth) * (at->depth - c.depth);
+        const PatchContact* const named = find_patch(reference, c.patch);
+        table_.near_uncovered += named == nullptr;
+        if (named == nullptr) continue;
+        near_excess_sq_ += (named->depth - c.depth) * (named->depth - c.depth);
         ++near_covered_;
     }
 }

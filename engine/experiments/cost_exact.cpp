@@ -48,14 +48,14 @@ SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, cons
     return distance;
 }
 
-State for_variant(const State& state, const SceneModel& scene, const SceneModel& variant) {
-    State other = state;
-    if (variant.contact.sphere_trees != scene.contact.sphere_trees) other.solids.touching.clear();
-    if (variant.contact.solid_response != scene.contact.solid_response) {
-        other.solids.entries.clear();
-        other.solids.contacts.clear();
-    }
-    return other;
+Result<void> restore_variant(Simulator& simulator, const State& state, const SceneModel& scene) {
+    const ContactSpec &own = simulator.model().contact, &its = scene.contact;
+    const bool other_trees = own.sphere_trees != its.sphere_trees, other_response = own.solid_response != its.solid_response;
+    if (!other_trees && !other_response) return simulator.restore(state);
+    State known = state;
+    if (other_trees) known.solids.touching.clear();
+    if (other_response) known.solids.entries.clear(), known.solids.contacts.clear();
+    return simulator.restore(known);
 }
 
 State run_to_start(const SceneModel& model, const CostOptions& options) {
@@ -68,7 +68,7 @@ State run_to_start(const SceneModel& model, const CostOptions& options) {
 }
 
 bool go_to_start(Simulator& simulator, const CostOptions& options, const SceneModel& scene) {
-    return options.start == nullptr || simulator.restore(for_variant(*options.start, scene, simulator.model())).ok();
+    return options.start == nullptr || restore_variant(simulator, *options.start, scene).ok();
 }
 
 ExactRun run_exactly(const SceneModel& model, const CostOptions& options) {

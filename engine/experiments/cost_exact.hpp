@@ -27,9 +27,10 @@ struct ExactRun {
 [[nodiscard]] bool go_to_start(Simulator& simulator, const CostOptions& options, const SceneModel& scene);
 inline constexpr const char* kForeignStart = "the state at which the compared stretch begins is not of this model";
 
-/// A state of the scene as a variant of it goes on from it: without what names leaves of other trees, and without the contacts of
-/// surfaces where spheres push.
-[[nodiscard]] State for_variant(const State& state, const SceneModel& scene, const SceneModel& variant);
+/// The simulator, of the scene or of a variant of it, goes on from a state of the scene: without what names leaves of other trees, and
+/// without the contacts of surfaces where spheres push.
+/// fails   as Simulator::restore
+[[nodiscard]] Result<void> restore_variant(Simulator& simulator, const State& state, const SceneModel& scene);
 
 /// Without any limit, as the scene says.
 [[nodiscard]] ExactRun run_exactly(const SceneModel& model, const CostOptions& options);

@@ -48,7 +48,7 @@ std::string table_html(const CostTable& table) {
                                         number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean)};
     };
     const auto errors = [](const CostRow& row) {
-        return std::vector<std::string>{fmt::format("{}", row.contacts.missed), fmt::format("{}", row.contacts.spurious),
+        return std::vector<std::string>{fmt::format("{}", row.contacts.missed), fmt::format("{}", row.contacts.unseen), fmt::format("{}", row.contacts.spurious),
                                         number_text(1e3 * row.depth_error_rms_m()), fmt::format("{:.2f} %", 100.0 * row.force_error_rel),
                                         number_text(1e3 * row.surface.rms()), number_text(1e3 * row.surface.hausdorff),
                                         number_text(1e3 * row.trajectory.rms()), number_text(1e3 * row.trajectory.hausdorff)};
@@ -60,7 +60,7 @@ std::string table_html(const CostTable& table) {
                      times) +
            "<h2>What it cost in accuracy</h2>\n" +
            part_html(table,
-                     {"missed contacts", "false contacts", "depth error, RMS [mm]", "force error", "a step: surface RMS [mm]", "a step: Hausdorff [mm]",
+                     {"missed contacts", "unseen of these", "false contacts", "depth error, RMS [mm]", "force error", "a step: surface RMS [mm]", "a step: Hausdorff [mm]",
                       "trajectory: RMS [mm]", "trajectory: Hausdorff [mm]"},
                      errors);
 }

@@ -141,14 +141,14 @@ PatchDifference& PatchDifference::operator+=(const PatchDifference& other) noexc
     return *this;
 }
 
-bool holds_patch(const PatchContacts& contacts, const PatchId& patch) noexcept {
+const PatchContact* find_patch(const PatchContacts& contacts, const PatchId& patch) noexcept {
     const auto at = std::lower_bound(contacts.begin(), contacts.end(), patch, [](const PatchContact& c, const PatchId& p) { return c.patch < p; });
-    return at != contacts.end() && at->patch == patch;
+    return at != contacts.end() && at->patch == patch ? &*at : nullptr;
 }
 
 std::uint64_t count_unseen(const PatchContacts& reference, const PatchContacts& answer, const PatchContacts& near) noexcept {
     return static_cast<std::uint64_t>(std::count_if(reference.begin(), reference.end(), [&](const PatchContact& c) {
-        return c.patch.other.is_body() && !holds_patch(answer, c.patch) && holds_patch(near, c.patch);
+        return c.patch.other.is_body() && !find_patch(answer, c.patch) && find_patch(near, c.patch);
     }));
 }
 

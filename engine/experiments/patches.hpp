@@ -70,11 +70,15 @@ struct PatchDifference {
     std::uint64_t compared = 0;  // how many those are
     PatchDifference& operator+=(const PatchDifference& other) noexcept;
 };
-[[nodiscard]] bool holds_patch(const PatchContacts& contacts, const PatchId& patch) noexcept;
+/// All but `unseen`.
+[[nodiscard]] PatchDifference compare_patches(const PatchContacts& reference, const PatchContacts& answer) noexcept;
+
 /// Patches of the reference, between solids, that are near and that the answer lacks. A budget may end the solver early, and then
 /// surfaces that touch in the exact answer can be apart in this one: these are missed, but nothing was overlooked.
 /// near     of the answer's own state (PatchFinder::find_near)
 [[nodiscard]] std::uint64_t count_unseen(const PatchContacts& reference, const PatchContacts& answer, const PatchContacts& near) noexcept;
-[[nodiscard]] PatchDifference compare_patches(const PatchContacts& reference, const PatchContacts& answer) noexcept;
+
+/// nullptr where it is in no contact.
+[[nodiscard]] const PatchContact* find_patch(const PatchContacts& contacts, const PatchId& patch) noexcept;
 
 } // namespace trocar::engine

@@ -9,17 +9,19 @@ namespace trocar::engine {
 
 namespace {
 
-/// Why `auto` leaves it out: at best all candidates of a step are spared their tests.
-std::string price_of(const CullCostModel::Rates& rates) {
-    return fmt::format("\"auto\" leaves it out: {:.2g} us a candidate, and a test that is spared takes {:.2g} us", 1e6 * rates.culling_s_per_item,
-                       1e6 * rates.test_s_per_item);
+/// What "auto" goes by until it has measured.
+std::string describe_cpu_reference() {
+    const CullCostModel model(kCpuReferenceRates);
+    return fmt::format("the CPU reference, {} by \"auto\": {:.2g} us a candidate, {:.2g} us for a test that is spared",
+                       model.pays(kReservedCullCandidates) ? "taken for many candidates" : "left out", 1e6 * kCpuReferenceRates.culling_s_per_item,
+                       1e6 * kCpuReferenceRates.test_s_per_item);
 }
 
 } // namespace
 
 std::vector<GraphicsLine> describe_graphics(const ContextOptions& options) {
     const auto context = make_context(options);
-    if (!context.ok()) return {{"none", context.error().message}, {"culling", "by the CPU reference; " + price_of(kCpuReferenceRates)}};
+    if (!context.ok()) return {{"none", context.error().message}, {"culling", "by " + describe_cpu_reference()}};
     std::vector<GraphicsLine> lines;
     for (const ContextAttempt& attempt : (*context)->attempts())
         lines.push_back({name_of(attempt.kind),
@@ -27,9 +29,9 @@ std::vector<GraphicsLine> describe_graphics(const ContextOptions& options) {
                                                 : attempt.reason});
     const auto culler = GlCullBackend::make(options);
     if (!culler.ok())
-        lines.push_back({"culling", "by the CPU reference: " + culler.error().message + "; " + price_of(kCpuReferenceRates)});
+        lines.push_back({"culling", "by " + describe_cpu_reference() + "; " + culler.error().message});
     else if ((*culler)->is_software())
-        lines.push_back({"culling", "possible, but drawn by software: the CPU reference is used unless OpenGL is asked for; " + price_of(kCpuReferenceRates)});
+        lines.push_back({"culling", "drawn by software where OpenGL is asked for; else by " + describe_cpu_reference()});
     else
         lines.push_back({"culling", fmt::format("in layers of {0} x {0} pixels", (*culler)->preferred_resolution())});
     return lines;

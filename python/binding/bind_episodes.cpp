@@ -67,10 +67,7 @@ void check_finite(const double* values, std::size_t count, std::size_t per_row) 
 
 PyTask make_task(const std::shared_ptr<LoadedScene>& scene, const py::dict& options) {
     engine::TaskOptions o;
-    const auto take = [&](const char* key, auto& value) { value = options[key].cast<std::remove_reference_t<decltype(value)>>(); };
-    take("hold", o.hold_s), take("points", o.points), take("spacing", o.spacing), take("memory", o.memory), take("targets", o.targets);
-    take("tolerance", o.tolerance), take("time_limit", o.time_limit_s), take("reward", o.reward);
-    take("start_poses", o.start_poses), take("start_spread", o.start_spread);
+    engine::visit_options(o, [&](const char* key, auto& value) { value = options[key].cast<std::remove_reference_t<decltype(value)>>(); });
     if (!options["budget"].is_none()) o.budget = value_of(engine::parse_budget(options["budget"].cast<std::string>())).limits;
     const auto made = std::make_shared<Result<TaskPtr>>(TaskPtr{});
     const ScenePtr kept = scene;
@@ -299,6 +296,12 @@ py::dict tree_of(const PyTask& task) {
     return out;
 }
 
+/// After the files that it vouches for.
+void write_manifest_of(const PyTask& task, const std::string& folder, std::uint64_t seed, const std::vector<std::string>& files) {
+    const auto& from = task.scene->source();
+    check(engine::write_manifest(*task.task, {from.file, from.text, {}, from.anatomy_seed}, seed, files, folder));
+}
+
 } // namespace
 
 void bind_episodes(py::module_& module) {
@@ -306,7 +309,8 @@ void bind_episodes(py::module_& module) {
         .def(py::init(&make_task))
         .def_property_readonly("scene", [](const PyTask& t) { return std::const_pointer_cast<LoadedScene>(t.scene); })
         .def("describe", &describe_task)
-        .def("tree", &tree_of);
+        .def("tree", &tree_of)
+        .def("write_manifest", &write_manifest_of);
     py::class_<PyBatch>(module, "Batch", "Environments side by side on a pool of threads.")
         .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset, bool copy, const py::object& pixels) {
             return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset), copy, pixel_options(pixels));
@@ -327,7 +331,7 @@ void bind_episodes(py::module_& module) {
         .def_property_readonly("devices", &PyBatch::devices)
         .def_property_readonly("engine_ms", &PyBatch::engine_ms)
         .def("__len__", &PyBatch::count);
-    module.def("hash_bytes", [](const py::bytes& bytes) { return fmt::format("{:016x}", engine::hash_file_bytes(std::string_view(bytes))); });
+    module.def("hash_bytes", [](const py::bytes& bytes) { return engine::hash_file_bytes(std::string_view(bytes)); });
     py::class_<PyRollout>(module, "Rollout", "Sequences of drive commands from many states, on a pool of threads.")
         .def(py::init<const std::shared_ptr<LoadedScene>&, unsigned>())
         .def("run", &PyRollout::run);

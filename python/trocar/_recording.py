@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
+import csv
 import os
 import pathlib
-from typing import Any, Optional, Union
+from typing import Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _engine
-from ._build import build_id
 from .environments import Task
 
 
@@ -46,17 +44,10 @@ class Recording:
         """Complete, the manifest last."""
         self.folder.mkdir(parents=True, exist_ok=True)
         columns = [f"{name}.{what}" for name in self.task.scene.instruments for what in ("insertion_mm_s", "rotation_rad_s")]
-        rows = [",".join(columns + ["state"])]
-        rows += [",".join([repr(float(x)) for x in action] + [state]) for action, state in zip(self.actions, self.hashes)]
-        (self.folder / "actions.csv").write_text("\n".join(rows) + "\n", encoding="ascii")
+        with open(self.folder / "actions.csv", "w", newline="", encoding="utf-8") as file:
+            rows = csv.writer(file, lineterminator="\n")
+            rows.writerow([*columns, "state"])
+            rows.writerows([*action.tolist(), state] for action, state in zip(self.actions, self.hashes))
         np.save(self.folder / "observations.npy", np.array(self.observations))
-        files = {name: _engine.hash_bytes((self.folder / name).read_bytes()) for name in ("actions.csv", "observations.npy")}
-        file, text, _, anatomy_seed = self.task.scene._source()
-        options: dict[str, Any] = self.task.options._engine_options()
-        del options["budget"]
-        manifest = {"kind": "trocar-episode", "version": 1, "program": build_id(), "model": self.task.scene.hash,
-                    "scene": {"name": self.task.scene.name, "file": file, "text": text, "anatomy_seed": anatomy_seed},
-                    "seed": str(self.seed), "budget": self.task.budget, "options": options, "files": files}
-        data = (json.dumps(manifest, indent=2) + "\n").encode()
-        (self.folder / "manifest.json").write_bytes(data)
-        (self.folder / "manifest.hash").write_text(_engine.hash_bytes(data) + "\n", encoding="ascii")
+        assert self.seed is not None
+        self.task._task.write_manifest(str(self.folder), self.seed, ["actions.csv", "observations.npy"])

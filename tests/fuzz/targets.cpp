@@ -1,7 +1,7 @@
 #include "targets.hpp"
 
 #include "collision/ccd/ccd.hpp"
-#include "engine/experiments/sweep/csv.hpp"
+#include "engine/io/csv.hpp"
 #include "engine/experiments/sweep/reduction.hpp"
 #include "engine/experiments/sweep/result_store.hpp"
 #include "engine/io/ccd_queries.hpp"

@@ -1,5 +1,5 @@
 // Reductions, CSV, ranges and draws; the published schema and page. TROCAR_WRITE_GENERATED=1 writes them instead of comparing.
-#include "engine/experiments/sweep/csv.hpp"
+#include "engine/io/csv.hpp"
 #include "engine/experiments/sweep/draws.hpp"
 #include "engine/experiments/sweep/reduction.hpp"
 #include "engine/scene/override.hpp"

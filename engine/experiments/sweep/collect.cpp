@@ -1,6 +1,6 @@
 #include "engine/experiments/sweep/collect.hpp"
 
-#include "engine/experiments/sweep/csv.hpp"
+#include "engine/io/csv.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "engine/experiments/sweep/csv.hpp"
+#include "engine/io/csv.hpp"
 #include "engine/experiments/sweep/draws.hpp"
 #include "engine/experiments/sweep/reduction.hpp"
 #include "engine/experiments/sweep/sweep_spec.hpp"

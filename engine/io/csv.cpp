@@ -1,4 +1,4 @@
-#include "engine/experiments/sweep/csv.hpp"
+#include "engine/io/csv.hpp"
 
 namespace trocar::engine {
 
