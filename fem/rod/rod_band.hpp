@@ -62,6 +62,13 @@ public:
         substitute_back(x);
     }
 
+    /// After solve(): was the matrix positive definite?
+    [[nodiscard]] bool is_definite() const noexcept {
+        bool positive = true;
+        for (std::size_t c = 0; c < size_; ++c) positive = positive && data_[c * (kBandwidth + 1)] > 0.0;
+        return positive;
+    }
+
 private:
     using Whole = std::integral_constant<std::size_t, kBandwidth>;
 

@@ -21,6 +21,12 @@ Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fall
     return length > 0.0 ? Vec3(chord / length) : fallback;
 }
 
+Vec3 rod_edge(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept {
+    const Vec3 edge = position[i + 1] - position[i];
+    const double length = std::sqrt(edge.squaredNorm());
+    return length > 0.0 ? Vec3(edge / length) : fallback;
+}
+
 Vec3 carry_axis(const Vec3& axis, const Vec3& tangent) noexcept {
     const Vec3 projected = axis - axis.dot(tangent) * tangent;
     const double length = std::sqrt(projected.squaredNorm());
@@ -33,19 +39,19 @@ Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept
 }
 
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
-    const bool twists = !state.angle.empty();
+    if (!state.angle.empty()) {
+        carry_along(state.position, port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& m) {
+            const SinCos here = sin_cos(state.angle[i]);
+            axis[i] = here.cos * m + here.sin * tangent.cross(m);
+        });
+        return;
+    }
     const SinCos turn = sin_cos(state.rotation);
     const Vec3 reference = perpendicular_axis(port.direction);
-    Vec3 m = twists ? reference : Vec3(turn.cos * reference + turn.sin * port.direction.cross(reference));
-    Vec3 last = port.direction;
+    Vec3 m = turn.cos * reference + turn.sin * port.direction.cross(reference);
     for (std::size_t i = 0; i < model.node_count(); ++i) {
-        const Vec3 tangent = rod_tangent(state.position, i, port.direction);
-        m = twists ? transport_axis(m, last, tangent) : carry_axis(m, tangent);
-        last = tangent;
+        m = carry_axis(m, rod_tangent(state.position, i, port.direction));
         axis[i] = m;
-        if (!twists) continue;
-        const SinCos here = sin_cos(state.angle[i]);
-        axis[i] = here.cos * m + here.sin * tangent.cross(m);
     }
 }
 

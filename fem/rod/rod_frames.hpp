@@ -14,6 +14,9 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
 /// Unit chord of node i's neighbours; `fallback` where they coincide.
 [[nodiscard]] Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept;
 
+/// Direction of the segment after node i; `fallback` where it has no length.
+[[nodiscard]] Vec3 rod_edge(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept;
+
 /// `axis` carried on to a node with this tangent by projection: parallel transport but for half the square of the turn.
 [[nodiscard]] Vec3 carry_axis(const Vec3& axis, const Vec3& tangent) noexcept;
 
@@ -22,5 +25,19 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
 
 /// Any unit vector at right angles to `direction`, the same for the same input on every machine.
 [[nodiscard]] Vec3 perpendicular_axis(const Vec3& direction) noexcept;
+
+/// The port's reference axis carried along the rod without twist, over its nodes and the segments between them: what it has turned by at a
+/// node is what bending has twisted the segments by. Calls at(node, tangent, axis).
+template <class At>
+void carry_along(std::span<const Vec3> position, const Vec3& direction, At&& at) noexcept {
+    Vec3 axis = perpendicular_axis(direction), last = direction;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+        const Vec3 tangent = rod_tangent(position, i, direction);
+        axis = transport_axis(axis, last, tangent);
+        at(i, tangent, axis);
+        last = i + 1 < position.size() ? rod_edge(position, i, tangent) : tangent;
+        axis = transport_axis(axis, tangent, last);
+    }
+}
 
 } // namespace trocar::fem

@@ -163,7 +163,7 @@ struct RodWorkspace {
     std::vector<Vec3> step_start, step_velocity;       // [node_count] m, m/s, at the sub-step's start
     std::vector<std::uint8_t> touched;                 // [node_count] a plane pressed on it in the last stage
     std::vector<Vec3> force;                           // [node_count] N; of masses and springs
-    std::vector<Vec3> binormal;                        // [node_count] with torsion, as are the next: see rod_twist.cpp
+    std::vector<Vec3> binormal, edge;                  // [node_count] with torsion, as are the next: see rod_twist.cpp
     std::vector<double> before, after, writhe;         // [node_count] 1/m, 1/m, rad
     std::vector<double> start_angle;                   // [node_count] rad
     std::vector<double> diagonal, beside, turn;        // [node_count] of the angles' tridiagonal system

@@ -113,7 +113,16 @@ public:
     void add_contact_power(double part, double& power) noexcept override { Base::add_contact_power(part, power); }
 
     [[nodiscard]] std::size_t size() const noexcept override { return kCoordinates * moving(); }
-    void assemble() noexcept override { Base::assemble(band_.emplace(work_.band, moving())); }
+    /// What presses on the rod only stiffens it: where the band by itself is definite it is with that.
+    void assemble() noexcept override {
+        Base::curls_ = kTwists;
+        Base::assemble(band_.emplace(work_.band, moving()));
+        if constexpr (!kTwists) return;
+        band_->solve(std::span(work_.residual).first(size()));
+        Base::curls_ = band_->is_definite();
+        Base::forget_balance(); // it is told once
+        Base::assemble(band_.emplace(work_.band, moving()));
+    }
     void push_place(const SurfacePlace& place, const Vec3& force, const Mat3& stiffness) noexcept override {
         for (std::size_t a = 0; a < 2; ++a) {
             const Mat3 across = place.weight[a].transpose() * stiffness;

@@ -70,8 +70,15 @@ public:
             }
             ++report.iterations;
             Band band(work_.band, moving());
+            curls_ = kTwists;
             assemble(band);
             solve_band(band, report);
+            if (curls_ && !band.is_definite()) { // where it stands it would buckle: without what lets it the correction goes downhill
+                curls_ = false;
+                Band held(work_.band, moving());
+                assemble(held);
+                solve_band(held, report);
+            }
             correction = apply_correction();
         }
         contact_.stay_in_cone(), self_.stay_in_cone();
@@ -292,6 +299,7 @@ protected:
                 push(i - 1 + a, -torque * weight[a]);
                 for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, Mat3(k * weight[a] * weight[b].transpose()));
             }
+            if (curls_) add_curl(band, i, torque);
         }
         twist_->assemble();
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
@@ -300,6 +308,17 @@ protected:
             band.add_entry(row, row, work_.diagonal[i]);
             if (i > first_) band.add_entry(row, row - kCoordinates, work_.beside[i]);
         }
+    }
+    /// How the gradient at node i changes as its segments turn, under a torque: what lets a wound rod buckle.
+    void add_curl(Band& band, std::size_t i, double torque) noexcept {
+        const TwistCurl curl = twist_->curl(i);
+        const Mat3 before = torque * curl.before, after = torque * curl.after, across = torque * curl.across;
+        stiffen(band, i - 1, i - 1, before);
+        stiffen(band, i, i, Mat3(before - across - across.transpose() + after));
+        stiffen(band, i + 1, i + 1, after);
+        stiffen(band, i, i - 1, Mat3(across.transpose() - before));
+        stiffen(band, i + 1, i, Mat3(across.transpose() - after));
+        stiffen(band, i + 1, i - 1, Mat3(-across.transpose()));
     }
     [[nodiscard]] std::size_t angle_row(std::size_t node) const noexcept { return kCoordinates * (node - first_) + 3; }
 
@@ -488,6 +507,7 @@ protected:
     RodTwist* twist_; // nullptr: no torsion
     RodContact contact_, self_; // with walls, with itself
     Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(), clamped_ = Vec3::Zero(); // N, on what does not move; see RodReport
+    bool curls_ = false; // the band has what add_curl adds
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };
 

@@ -9,9 +9,22 @@
 
 namespace trocar::fem {
 
+namespace {
+
+/// Area on the unit sphere, by its sign counterclockwise (Van Oosterom & Strackee 1983).
+double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
+    const double cosine = 1.0 + a.dot(b) + b.dot(c) + c.dot(a), sine = a.dot(b.cross(c)), length = std::sqrt(cosine * cosine + sine * sine);
+    return length > 0.0 ? 2.0 * find_angle(cosine / length, sine / length) : 0.0;
+}
+/// rad; an axis that is transported round a, b, c, d and back has turned by it.
+double swept_area(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) noexcept { return triangle_area(a, b, c) + triangle_area(a, c, d); }
+
+} // namespace
+
 void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
     if (model.twist_stiffness.empty() || work.turn.size() == model.node_count()) return;
     work.binormal.assign(model.node_count(), Vec3::Zero());
+    work.edge.assign(model.node_count(), Vec3::Zero());
     for (auto* list :
          {&work.before, &work.after, &work.writhe, &work.start_angle, &work.diagonal, &work.beside, &work.turn})
         list->assign(model.node_count(), 0.0);
@@ -25,12 +38,11 @@ double RodTwist::stiffness(std::size_t i) const noexcept {
 }
 
 void RodTwist::carry_frames() noexcept {
-    Vec3 m = perpendicular_axis(drive_.port.direction);
-    for (std::size_t i = 0; i < model_.node_count(); ++i) {
-        work_.tangent[i] = rod_tangent(state_.position, i, drive_.port.direction);
-        m = transport_axis(m, i > 0 ? work_.tangent[i - 1] : drive_.port.direction, work_.tangent[i]);
-        work_.axis[i] = m;
-    }
+    carry_along(state_.position, drive_.port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& axis) {
+        work_.tangent[i] = tangent;
+        work_.axis[i] = axis;
+        work_.edge[i] = i + 1 < model_.node_count() ? rod_edge(state_.position, i, tangent) : tangent;
+    });
 }
 
 void RodTwist::turn_rest_bend(std::size_t i) noexcept {
@@ -43,7 +55,7 @@ void RodTwist::turn_rest_bend(std::size_t i) noexcept {
 }
 
 double RodTwist::torque(std::size_t i) const noexcept {
-    return stiffness(i) * (state_.angle[i + 1] - state_.angle[i] + 0.5 * (work_.writhe[i] + work_.writhe[i + 1]));
+    return stiffness(i) * (state_.angle[i + 1] - state_.angle[i] + bent(i));
 }
 
 double RodTwist::torque_at(std::size_t i) const noexcept { return i < first_ ? torque(i) : 0.5 * (torque(i - 1) + torque(i)); }
@@ -51,10 +63,10 @@ double RodTwist::torque_at(std::size_t i) const noexcept { return i < first_ ? t
 double RodTwist::stiffness_at(std::size_t i) const noexcept { return i < first_ ? stiffness(i) : 0.5 * (stiffness(i - 1) + stiffness(i)); }
 
 void RodTwist::find_gradient() noexcept {
-    std::fill(work_.binormal.begin(), work_.binormal.end(), Vec3::Zero());
-    std::fill(work_.writhe.begin(), work_.writhe.end(), 0.0);
     const std::size_t last = model_.node_count() - 1;
     for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i < last; ++i) {
+        work_.binormal[i].setZero();
+        work_.before[i] = work_.after[i] = 0.0;
         const Vec3 before = state_.position[i] - state_.position[i - 1], after = state_.position[i + 1] - state_.position[i];
         const double a = std::sqrt(before.squaredNorm()), b = std::sqrt(after.squaredNorm());
         const double room = a * b + before.dot(after); // 0 where it folds back on itself
@@ -70,14 +82,29 @@ std::array<Vec3, 3> RodTwist::gradient(std::size_t i) const noexcept {
     return {-before, before - after, after};
 }
 
+TwistCurl RodTwist::curl(std::size_t i) const noexcept {
+    const double a = work_.before[i], b = work_.after[i];
+    const Vec3 before = a * (state_.position[i] - state_.position[i - 1]), after = b * (state_.position[i + 1] - state_.position[i]);
+    const double chi = 1.0 + before.dot(after);
+    const Vec3 bend = 2.0 * work_.binormal[i], middle = (before + after) / chi;
+    const auto twice = [&](const Vec3& along) { return Mat3(bend * (along + middle).transpose() + (along + middle) * bend.transpose()); };
+    Mat3 cross;
+    cross << 0.0, -before[2], before[1], before[2], 0.0, -before[0], -before[1], before[0], 0.0;
+    return {-0.25 * a * a * twice(before), -0.25 * b * b * twice(after), 0.5 * a * b * (2.0 / chi * cross - bend * middle.transpose())};
+}
+
 void RodTwist::find_writhe() noexcept {
-    for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
-        const std::array<Vec3, 3> weight = gradient(i);
-        double sum = 0.0;
-        for (std::size_t a = 0; a < 3; ++a) sum += weight[a].dot(state_.position[i - 1 + a] - work_.start[i - 1 + a]);
-        work_.writhe[i] = sum;
+    find_gradient();
+    const std::size_t first = std::max<std::size_t>(first_, 2) - 1;
+    Vec3 last = rod_edge(state_.position, first - 1, work_.edge[first - 1]);
+    for (std::size_t i = first; i + 1 < model_.node_count(); ++i) {
+        const Vec3 edge = rod_edge(state_.position, i, work_.edge[i]);
+        work_.writhe[i] = -swept_area(work_.edge[i - 1], last, edge, work_.edge[i]);
+        last = edge;
     }
 }
+
+double RodTwist::bent(std::size_t i) const noexcept { return (i < first_ ? 1.0 : 0.5) * work_.writhe[i] + 0.5 * work_.writhe[i + 1]; }
 
 void RodTwist::begin() noexcept {
     for (Index i = 0; i < first_; ++i) {
@@ -85,7 +112,8 @@ void RodTwist::begin() noexcept {
         state_.spin[i] = 0.0;
     }
     carry_frames();
-    find_gradient();
+    std::fill(work_.binormal.begin(), work_.binormal.end(), Vec3::Zero());
+    std::fill(work_.writhe.begin(), work_.writhe.end(), 0.0);
     work_.start = state_.position; // same size: copies, never allocates
     work_.start_angle = state_.angle;
     for (std::size_t i = first_; i < model_.node_count(); ++i) state_.angle[i] += dt_ * state_.spin[i];
@@ -153,16 +181,10 @@ void RodTwist::solve_rows() noexcept {
     for (std::size_t i = first_; i < nodes; ++i) turn_node(i, scale * work_.turn[i]);
 }
 
-/// Frames transported in time are rotated against those transported along the rod now, by the change of its writhe.
+/// Frames transported in time are rotated against those transported along the rod now, by what bending has twisted all before them.
 void RodTwist::recount_angles() noexcept {
-    Vec3 m = perpendicular_axis(drive_.port.direction), last = drive_.port.direction;
-    for (std::size_t i = 0; i < model_.node_count(); ++i) {
-        const Vec3 tangent = rod_tangent(state_.position, i, drive_.port.direction);
-        m = transport_axis(m, last, tangent);
-        last = tangent;
-        const Vec3 along = transport_axis(work_.axis[i], work_.tangent[i], tangent);
-        if (i >= first_) state_.angle[i] += find_angle(m.dot(along), tangent.dot(m.cross(along)));
-    }
+    double sum = 0.0;
+    for (std::size_t i = first_ > 0 ? first_ : 1; i < model_.node_count(); ++i) state_.angle[i] += sum += bent(i - 1);
 }
 
 void RodTwist::end() noexcept {

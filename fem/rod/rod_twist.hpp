@@ -2,10 +2,11 @@
 //
 // This work is based on:
 //   Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, "Discrete Elastic Rods" (angles on a frame carried without twist).
-//   Bergou, Audoly, Vouga, Wardetzky, Grinspun 2010, "Discrete Viscous Threads" (gradient of the twist at a node).
+//   Bergou, Audoly, Vouga, Wardetzky, Grinspun 2010, "Discrete Viscous Threads" (gradient and second derivatives of the twist at a node).
 // Deviations: angles sit at the nodes, where the rest curvature acts, not on the segments; positions and angles alternate,
-// each least in energy for the other. In a sub-step the frames are parallel-transported in time, and bending changes the
-// twist by its gradient at the start; then the angles are measured from frames transported along the rod again.
+// each least in energy for the other. In a sub-step the frames are parallel-transported in time: bending has twisted the rod at a node by
+// the area that its two segments' directions sweep on the sphere, and the gradient is that where the rod is. Then the angles are counted
+// from frames transported along the rod again. The second derivatives are left out where the rod would buckle: see RodStep::solve.
 #pragma once
 
 #include "fem/rod/rod_model.hpp"
@@ -16,6 +17,11 @@ namespace trocar::fem {
 
 /// rad; no angle turns further in one Newton iteration: a tip that snaps round goes through all angles on its way.
 inline constexpr double kTrustAngle = 0.5;
+
+/// Second derivatives of the twist at a node by its segments, 1/m^2, made symmetric.
+struct TwistCurl {
+    Mat3 before, after, across; // by the segment before it twice, by that after it twice; rows by that before, columns by that after
+};
 
 /// The angles' part of one implicit Euler step. Nodes before `first` have the handle's angle: it is turned at the port.
 class RodTwist {
@@ -31,6 +37,8 @@ public:
 
     /// How bending node i twists the rod: gradient for nodes i - 1, i, i + 1, 1/m.
     [[nodiscard]] std::array<Vec3, 3> gradient(std::size_t i) const noexcept;
+    /// Of node i, not a fold.
+    [[nodiscard]] TwistCurl curl(std::size_t i) const noexcept;
     /// N m, twisting torque at node i; N m/rad, how it grows at most.
     [[nodiscard]] double torque_at(std::size_t i) const noexcept;
     [[nodiscard]] double stiffness_at(std::size_t i) const noexcept;
@@ -57,6 +65,8 @@ private:
     /// N m/rad between nodes i and i + 1: the part behind the port does not twist.
     [[nodiscard]] double stiffness(std::size_t i) const noexcept;
     [[nodiscard]] double torque(std::size_t i) const noexcept;
+    /// rad, by which bending has twisted it in this stage: half of what either node has; the handle's does not turn with it.
+    [[nodiscard]] double bent(std::size_t i) const noexcept;
     void carry_frames() noexcept;
     void turn_rest_bend(std::size_t i) noexcept;
     void find_gradient() noexcept;

@@ -2,9 +2,12 @@
 #include "rod_rest.hpp"
 
 #include "fem/rod/rod_step.hpp"
+#include "fem/rod/rod_trial.hpp"
 #include "fem/rod/validation.hpp"
 
 #include <gtest/gtest.h>
+
+#include <random>
 
 namespace trocar::fem {
 namespace {
@@ -239,6 +242,42 @@ TEST(RodTwist, DrivenToAndFroThroughThePortItNeverJoltsAndWindsDown) {
     std::printf("margin: the tip turns by %.3f of the handle's limit in a step at most\n", fastest / 0.0314);
     EXPECT_LT(fastest, 2.0 * 0.0314);
     for (const double angle : rod.state.angle) EXPECT_NEAR(angle, 3.14, 0.02);
+}
+
+/// Straight or curved at rest, thrown aside, wound by up to twelve turns and held at both ends, which are nearer to one another than its length.
+struct WoundRod {
+    explicit WoundRod(unsigned seed) : random(seed), rod(0.1, static_cast<int>(from(12.0, 64.0)), from(0.5e-3, 2e-3), true, from(5.0, 40.0)) {
+        const double curvature = seed % 3 == 0 ? 0.0 : 30.0, turn = 2.0 * kPi * from(0.3, 12.0);
+        for (std::size_t i = rod.first(); i + 1 < rod.model.node_count(); ++i)
+            rod.model.rest_curvature[i] = {from(-curvature, curvature), seed % 3 == 1 ? from(-curvature, curvature) : 0.0};
+        rod.wind(turn);
+        const Vec3 tip = rod.tip();
+        for (Vec3& x : rod.state.position)
+            if (x.x() > 0.0) x += from(0.0, 2e-4) * Vec3(from(-1.0, 1.0), from(-1.0, 1.0), from(-1.0, 1.0));
+        rod.clamp_tip(tip - from(0.0, 0.03) * Vec3::UnitX(), Vec3::UnitX(), turn);
+    }
+    double from(double low, double high) { return low + (high - low) * (random() / 4294967296.0); }
+
+    std::mt19937 random;
+    RodTrial rod;
+};
+
+TEST(RodTwist, WhatIsWoundAndHeldLosesEnergyUntilItRests) {
+    constexpr double kSteps[] = {2e-3, 5e-3, 1e-2};
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+        WoundRod wound(seed);
+        const double dt = kSteps[seed % 3];
+        double before = 0.0;
+        RodReport report;
+        for (double t = 0.0; t < 6.0; t += dt) {
+            report = wound.rod.step(dt);
+            const double energy = report.bend_j + report.stretch_j + report.twist_j + report.kinetic_j;
+            if (t > 0.05 && report.unconverged == 0) EXPECT_LT(energy, 1.01 * before) << "seed " << seed << " at " << t << " s"; // until then the clamp works
+            if (t > 4.0) EXPECT_EQ(report.unconverged, 0u) << "seed " << seed << " at " << t << " s";
+            before = energy;
+        }
+        EXPECT_LT(report.kinetic_j, 1e-10 * before) << "seed " << seed;
+    }
 }
 
 } // namespace
