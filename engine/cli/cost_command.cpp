@@ -278,6 +278,14 @@ int cost(const CostRequest& request) {
     return measure(request, *budgets, *scene, progress);
 }
 
+CLI::Validator budget_texts() {
+    const auto check = [](std::string& text) -> std::string {
+        const auto budgets = read_budgets(text);
+        return budgets || text.empty() ? "" : budgets.error().message; // that a value is empty is said elsewhere
+    };
+    return {check, ""};
+}
+
 } // namespace
 
 Command add_cost_command(CLI::App& app) {
@@ -285,6 +293,7 @@ Command add_cost_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("cost", "The price of accuracy: a scene under each budget against its exact run");
     command->add_option("scene", request->scene, "scene file (JSON)")->required();
     command->add_option("--budgets", request->budgets, "per step, separated by commas: times (1ms, 250us), work:TESTS, exact")
+        ->check(budget_texts())
         ->capture_default_str();
     command
         ->add_option("-n,--steps", request->steps,

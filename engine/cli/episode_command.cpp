@@ -37,11 +37,7 @@ Result<std::optional<BudgetLimits>> budget_of(const EpisodeOptions& options) {
     const auto& values = options.settings.values;
     const bool is_set = std::any_of(values.begin(), values.end(), [](const std::string& value) { return value.starts_with("/budget"); });
     if (options.budget.empty() && is_set) return std::optional<BudgetLimits>();
-    const auto budget = parse_budget(options.budget.empty() ? "exact" : options.budget);
-    if (budget.ok()) return std::optional(budget->limits);
-    Error error = budget.error();
-    error.key = "--budget";
-    return error;
+    return std::optional(parse_budget(options.budget.empty() ? "exact" : options.budget)->limits); // checked with the command line
 }
 
 void print_episode(const PlayedEpisode& episode, const std::filesystem::path& out) {
@@ -98,12 +94,12 @@ Command add_episode_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("episode", "Let a policy drive the instrument to a target, and say what it came to");
     command->add_option("scene", options->scene, "scene file (JSON) with an instrument and targets")->required();
     command->add_option("--seed", options->seed, "what the episode draws follows from it: target, start pose, random actions")
-        ->check(number_range(0.0, 0x1p63));
+        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 63U));
     command->add_option("--policy", options->policy, "random, advance, or a file in Python as in policy.py or policy.py:function; random when absent");
     command->add_option("--to", options->task.targets, "a target that may be drawn; may be given several times; all that can be reached when absent")
         ->allow_extra_args(false);
     command->add_option("--out", options->out, "output folder; out/<scene>-episode where none is given");
-    command->add_option("--budget", options->budget, "per step: a time (1ms, 250us), work:TESTS, or exact; exact when absent and not set");
+    command->add_option("--budget", options->budget, "per step: a time (1ms, 250us), work:TESTS, or exact; exact when absent and not set")->check(budget_text());
     command->add_option("--hold", options->task.hold_s, "s, that an action is held")->check(number_range(1e-6, 60.0));
     command->add_option("--tolerance", options->tolerance_mm, "mm, tip to target: arrived")->check(number_range(0.01, 1000.0));
     command->add_option("--time", options->task.time_limit_s, "s of simulated time; three times what the way takes at full speed, at least 10, when absent")

@@ -1,5 +1,7 @@
-// A check of CLI11's options that CLI::Range lets pass: "nan" is below nothing and above nothing.
+// Checks of CLI11's options: numbers, of which CLI::Range lets "nan" pass, and budgets.
 #pragma once
+
+#include "engine/scene/settings.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -25,6 +27,15 @@ namespace trocar::engine {
         return fmt::format("found {}; expected 0, or {:g} to {:g}", text, least, most);
     };
     return {check, fmt::format("0 or [{:g} - {:g}]", least, most)};
+}
+
+/// A time, work:TESTS, or exact.
+[[nodiscard]] inline CLI::Validator budget_text() {
+    const auto check = [](std::string& text) -> std::string {
+        const auto budget = parse_budget(text.empty() ? "exact" : text); // that a value is empty is said elsewhere
+        return budget ? "" : budget.error().message;
+    };
+    return {check, ""};
 }
 
 } // namespace trocar::engine

@@ -71,16 +71,46 @@ static std::string describe_extras(const CLI::App& command) {
     return fmt::format("found the argument \"{:.60}\" beyond those that it takes", extras.front());
 }
 
+/// "an integer from 0 to 9" of an option whose type the library writes as INT:INT in [0 - 9].
+static std::string describe_type(const CLI::Option& option) {
+    const std::string type = option.get_type_name(), kind = type.substr(0, type.find(':'));
+    const std::string text = kind == "INT" || kind == "UINT" ? "an integer" : kind == "FLOAT" ? "a number" : "another value";
+    const std::size_t open = type.find(" in ["), dash = type.find(" - ", open), close = type.find(']', dash);
+    if (open != std::string::npos && close != std::string::npos)
+        return fmt::format("{} from {} to {}", text, type.substr(open + 5, dash - open - 5), type.substr(dash + 3, close - dash - 3));
+    return kind == "UINT" ? text + " of at least 0" : text;
+}
+
+/// A value, or a number of values, that an option does not take; none: the error is another.
+static std::optional<Error> describe_value(const CLI::App& command, const CLI::ParseError& error) {
+    constexpr std::string_view kNoNumber = "Could not convert: ";
+    std::string said = error.what(); // NAME: REASON, or the prefix and NAME = VALUE
+    if (said.starts_with(kNoNumber)) said.erase(0, kNoNumber.size());
+    const CLI::Option* option = command.get_option_no_throw(said.substr(0, said.find_first_of(": ")));
+    if (option == nullptr || option->get_positional()) return std::nullopt;
+    const auto refuse = [&](std::string message) { return Error{ErrorCode::BadUsage, std::move(message), {}, 0, 0, option->get_name()}; };
+    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) { // says "1 required INT:INT in [0 - 9] missing"
+        const int values = option->get_items_expected_min();
+        return refuse(fmt::format("found another number of values than it takes; expected {} after it",
+                                  values == 1 ? "one value" : fmt::format("{} values", values)));
+    }
+    const std::string reason = said.substr(std::min(said.size(), said.find(": ") + 2));
+    const bool is_bare = dynamic_cast<const CLI::ConversionError*>(&error) != nullptr || reason.find(" not in range ") != std::string::npos;
+    if (is_bare && !option->results().empty()) return refuse(fmt::format("found {:.60}; expected {}", option->results().back(), describe_type(*option)));
+    if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return refuse(reason);
+    return std::nullopt;
+}
+
 /// A command line that is none, as any other error.
 static Error describe_usage(const CLI::App& app, const CLI::ParseError& error) {
     const CLI::App& command = find_named(app);
     std::string message = describe_extras(command);
+    if (message.empty())
+        if (auto described = describe_value(command, error)) return *described;
     if (message.empty()) message = error.what();
-    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) // says "1 required INT:INT in [0 - 9] missing"
-        message = message.substr(0, message.find(": ")) + ": found another number of values than it takes; expected one value after it";
     for (char& c : message)
         if (c == '\n') c = ' ';
-    return {ErrorCode::BadUsage, fmt::format("{}; `{} --help` shows what it takes", message, name_with_parents(command))};
+    return {ErrorCode::BadUsage, message};
 }
 
 /// An empty value would be taken for an option that was not given: in a script it is a variable that was not set.
@@ -100,7 +130,7 @@ Result<void> check_command_line(std::vector<std::string> words) {
     try {
         app.parse(words);
     } catch (const CLI::ParseError& error) {
-        return Error{ErrorCode::BadUsage, printable(error.what())};
+        return describe_usage(app, error);
     }
     for (const Command& command : commands)
         if (const auto empty = command.app->parsed() ? check_values(*command.app) : std::nullopt) return *empty;
@@ -131,7 +161,9 @@ int run_program(int argc, char** argv, AnswerBench answer_bench) {
         app.parse(std::move(words));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return end_output(app.exit(error)); // help and version
-        return report_error(describe_usage(app, error));
+        Error described = describe_usage(app, error);
+        described.message += fmt::format("; `{} --help` shows what it takes", name_with_parents(find_named(app)));
+        return report_error(described);
     }
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the system's limit is then an error of its write
     catch_interrupts();

@@ -53,15 +53,7 @@ struct Grants {
 
 /// What the command line says overrides what the scene says.
 Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
-    if (!options.budget.empty()) {
-        const Result<BudgetSpec> budget = parse_budget(options.budget);
-        if (!budget.ok()) {
-            Error error = budget.error();
-            error.key = "--budget";
-            return error;
-        }
-        scene.budget.limits = budget->limits;
-    }
+    if (!options.budget.empty()) scene.budget.limits = parse_budget(options.budget)->limits; // checked with the command line
     if (options.pace == 0.0) scene.time.pace.reset();
     if (options.pace > 0.0) scene.time.pace = PaceSpec{options.pace, scene.time.pace.value_or(PaceSpec{}).late};
     if (!options.path.empty()) {
@@ -320,7 +312,9 @@ int exit_code(const RunOptions& options, const RunSummary& summary, const Taken&
         return kExitNotFinite;
     }
     if (taken.interrupted) return kExitInterrupted;
-    return options.fail_on_overrun && summary.overruns > 0 ? kExitOverrun : kExitFine;
+    if (!options.fail_on_overrun || summary.overruns == 0) return kExitFine;
+    report_error({ErrorCode::BadValue, fmt::format("{} of {} steps missed the budget", summary.overruns, summary.steps)});
+    return kExitOverrun;
 }
 
 int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const Given& given, ProgressLine& progress) {
@@ -393,7 +387,7 @@ Command add_run_command(CLI::App& app) {
     command->add_option("--out", options.out, "output folder; out/<scene name> where none is given");
     command->add_option("-n,--steps", options.steps, "steps to take instead of the scene's duration")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
-    CLI::Option* budget = command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact");
+    CLI::Option* budget = command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact")->check(budget_text());
     command
         ->add_option("--pace", options.pace,
                      "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")

@@ -56,7 +56,7 @@ public:
             const SweepStatus status = find_status(request_.out, plan_);
             fmt::print("{}", status_text(status, plan_));
             const SlurmQueue queue = ask_queue(request_.out);
-            if (queue.running + queue.waiting > 0) fmt::print("slurm    {} tasks running, {} waiting\n", queue.running, queue.waiting);
+            if (queue.running + queue.waiting > 0) fmt::print("slurm    {}\n", queued_text(queue));
             if (!queue.failure.empty()) fmt::print("slurm    cannot be asked: {}\n", queue.failure);
             fmt::print("{}", ended_text(queue, status.incomplete));
             std::fflush(stdout);
@@ -76,9 +76,7 @@ public:
         for (const std::uint64_t chunk : find_status(request_.out, plan_).incomplete)
             if (!queue.chunks.contains(chunk)) chunks.push_back(chunk);
         if (chunks.empty()) {
-            fmt::print("nothing to submit: {}\n", queue.running + queue.waiting > 0
-                                                      ? fmt::format("{} tasks are running, {} waiting", queue.running, queue.waiting)
-                                                      : std::string("every run has its result"));
+            fmt::print("nothing to submit: {}\n", queue.running + queue.waiting > 0 ? queued_text(queue) : std::string("every run has its result"));
             return kExitFine;
         }
         std::error_code failed;
@@ -236,6 +234,15 @@ private:
     double shown_ms_ = -1e9;
 };
 
+bool is_same_place(const std::filesystem::path& one, const std::filesystem::path& other) {
+    std::error_code failed;
+    const auto place = [&](const std::filesystem::path& path) {
+        const std::filesystem::path whole = std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
+        return whole.has_filename() ? whole : whole.parent_path(); // DIR/ is DIR
+    };
+    return place(one) == place(other);
+}
+
 Result<void> check_request(const SweepRequest& request) {
     const auto fail = [](std::string message, const char* key) { return Error{ErrorCode::BadUsage, std::move(message), {}, 0, 0, key}; };
     if (request.dry_run) return {};
@@ -244,7 +251,19 @@ Result<void> check_request(const SweepRequest& request) {
     if (request.watch && !request.status) return fail("goes with --status", "--watch");
     if (request.slurm && !request.table.empty()) return fail("wants results, which come later: collect when --status tells that all is done", "--collect");
     if (request.table.extension() == ".html") return fail("names the table; the page beside it is NAME.html; expected another ending, as in .csv", "--collect");
-    if (!request.table.empty()) return check_place(request.table, "--collect");
+    if (const bool is_in_folder = is_same_place(request.table.parent_path(), request.out); !request.table.empty() && !is_in_folder)
+        return check_place(request.table, "--collect"); // the sweep's own folder is made before the table
+    return {};
+}
+
+/// The table must not take the place of what the sweep is made of.
+Result<void> check_table(const SweepRequest& request, const SweepPlan& plan) {
+    std::vector<std::filesystem::path> taken{request.sweep, request.out / sweep_name::kPlan, request.out / sweep_name::kLock};
+    for (const std::vector<PlannedFile>* list : {&plan.scenes, &plan.files})
+        for (const PlannedFile& one : *list) taken.emplace_back(one.file);
+    for (const std::filesystem::path& file : taken)
+        if (!request.table.empty() && is_same_place(request.table, file))
+            return Error{ErrorCode::BadUsage, "would overwrite a file that the sweep reads; expected another name", request.table.string(), 0, 0, "--collect"};
     return {};
 }
 
@@ -258,6 +277,7 @@ int sweep(SweepRequest& request) {
     if (request.dry_run) return Sweep(request, *plan).list();
     std::error_code failed;
     request.out = std::filesystem::absolute(request.out, failed).lexically_normal();
+    if (const auto fits = check_table(request, *plan); !fits) return report_error(fits.error());
     const auto state = inspect_folder(request.out, *plan);
     if (!state) return report_error(state.error());
     const bool is_new = *state == FolderState::New;
@@ -271,6 +291,9 @@ int sweep(SweepRequest& request) {
     if (is_new && request.resume) fmt::print(stderr, "notice: nothing in {} belongs to this sweep; it starts from the beginning\n", request.out.string());
     const auto lock = FolderLock::take(request.out);
     if (!lock) return report_error(lock.error());
+    if (const auto now = inspect_folder(request.out, *plan); !now) // another sweep may have begun there just before
+        return report_error(now.error());
+    for (const std::filesystem::path& place : {request.out, request.out / sweep_name::kSlurm}) remove_temporaries(place); // a submitter's alone
     if (is_new)
         if (const auto written = write_plan_once(request.out, *plan); !written) return report_error(written.error());
     if (request.plan) {

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -38,7 +39,17 @@ std::filesystem::path temporary_beside(const std::filesystem::path& target) {
     return target.parent_path() / fmt::format(".{}.{}.{}.part", target.filename().string().substr(0, 200), ::getpid(), counter++);
 }
 
+bool is_temporary(const std::string& name) { return name.starts_with('.') && name.ends_with(".part"); }
+
 } // namespace
+
+void remove_temporaries(const std::filesystem::path& folder) {
+    std::error_code failed;
+    std::vector<std::filesystem::path> left;
+    for (std::filesystem::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
+        if (is_temporary(it->path().filename().string())) left.push_back(it->path());
+    for (const std::filesystem::path& one : left) std::filesystem::remove(one, failed);
+}
 
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
     std::filesystem::path target = path;

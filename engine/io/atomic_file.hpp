@@ -40,4 +40,7 @@ private:
 /// Before long work whose result is to be written there: is it a folder, or in none? Says which option named it.
 [[nodiscard]] Result<void> check_place(const std::filesystem::path& file, std::string option);
 
+/// What killed writers left in a folder. Nobody may be writing there.
+void remove_temporaries(const std::filesystem::path& folder);
+
 } // namespace trocar::engine

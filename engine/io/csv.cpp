@@ -5,27 +5,30 @@ namespace trocar::engine {
 std::vector<CsvRow> read_csv(std::string_view text) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     std::vector<CsvRow> rows;
-    std::size_t line = 1;
-    CsvRow row{1, {""}};
+    std::size_t line = 1, column = 0; // of the last character
+    CsvRow row{1, {""}, {{1, 1}}};
     bool quoted = false;
     const auto end_row = [&] {
         if (row.cells.size() > 1 || !row.cells.front().empty()) rows.push_back(std::move(row));
-        row = {line, {""}};
+        row = {line, {""}, {{line, 1}}};
     };
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
-        if (c == '\n') ++line;
+        if (c == '\n')
+            ++line, column = 0;
+        else if ((static_cast<unsigned char>(c) & 0xC0U) != 0x80U)
+            ++column;
         if (quoted) {
             if (c != '"')
                 row.cells.back() += c;
             else if (i + 1 < text.size() && text[i + 1] == '"')
-                row.cells.back() += text[++i];
+                row.cells.back() += text[++i], ++column;
             else
                 quoted = false;
         } else if (c == '"')
             quoted = true;
         else if (c == ',')
-            row.cells.emplace_back();
+            row.cells.emplace_back(), row.places.push_back({line, column + 1});
         else if (c == '\n')
             end_row();
         else if (c != '\r')

@@ -7,9 +7,14 @@
 
 namespace trocar::engine {
 
+struct CsvPlace {
+    std::size_t line = 0, column = 0; // 1-based; columns count characters, not bytes
+};
+
 struct CsvRow {
-    std::size_t line = 0; // 1-based, where it begins
+    std::size_t line = 0; // where it begins
     std::vector<std::string> cells;
+    std::vector<CsvPlace> places; // [cell] of its first character
 };
 
 /// Empty lines are left out. A quote that is never closed ends with the text.

@@ -150,7 +150,9 @@ TEST_F(EpisodeCommand, BadPoliciesAreRefusedBeforeAnythingRuns) {
         {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--policy", "other.py"]})", "act is no function"},
         {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--policy": ["random", "other.py:fly"]}})", "1:91: --policy"},
         {R"({"scene": "scenes/navigation.json", "command": "episode", "options": ["--steps", "5"]})", "options: episode does not take them"},
-        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--seed": [1, -1]}})", "--seed: episode does not take it"},
+        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--seed": [1, -1]}})", "1:82: --seed: found -1; expected an integer from 0 to 9223372036854775808"},
+        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--sed": [1]}})", "1:68: --sed: episode does not take it: found the unknown option \"--sed\"; nearest known option: \"--seed\""},
+        {R"({"scene": "scenes/navigation.json", "command": "episode", "vary": {"--seed": [1e23]}})", "; expected an integer from 0 to 9223372036854775808"},
         {R"({"scene": "scenes/navigation.json", "command": "episode", "collect": {"x": {"column": "tip_x", "take": "max"}}})", "column"},
     };
     for (const Broken& one : broken) {

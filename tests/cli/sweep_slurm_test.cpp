@@ -77,6 +77,15 @@ TEST_F(SlurmSweep, ALaterTaskIsWhatCountsForAChunk) {
     EXPECT_NE(text_of(folder / "a" / "slurm" / "3-array.sh").find("--mem=4000M"), std::string::npos);
 }
 
+TEST_F(SlurmSweep, TasksThatSlurmHoldsAreSaidToNeedARelease) {
+    submit_single_chunks();
+    tool("squeue", "echo '1 PENDING launch failed requeued held'; echo '2 PENDING JobHeldUser'; echo '3 REQUEUE_HOLD'; echo '4 PENDING Resources'; echo '5 RUNNING None'");
+    const char* said = "1 tasks running, 4 waiting; those that Slurm holds go on after `scontrol release 102`";
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says(said));
+    tool("squeue", "for task in $(seq 12); do echo \"$task PENDING JobHeldAdmin\"; done");
+    EXPECT_TRUE(sweep_into("a", {"--resume", "--slurm", "--no-forecast"}).says("nothing to submit: 0 tasks running, 12 waiting; those that Slurm holds"));
+}
+
 TEST_F(SlurmSweep, ALongQueueIsReadToItsEnd) {
     submit_single_chunks();
     std::string tasks;

@@ -100,10 +100,13 @@ TEST_F(SweepCommand, WhatAKilledWorkerLeftOfAWholeChunkIsRemovedOnResume) {
     (void)table_of("a");
     const fs::path left = folder / "a" / "results" / "chunk-0000000.elsewhere-1-0.part";
     write("a/results/chunk-0000000.elsewhere-1-0.part", "half a li");
+    const std::vector<fs::path> half_written{folder / "a" / ".plan.json.1.0.part", folder / "a" / "results" / ".chunk-0000001.jsonl.gz.1.0.part"};
+    for (const fs::path& file : half_written) std::ofstream(file) << "half";
     ASSERT_TRUE(ended_with(sweep_into("a", {"--status"}), 0));
     EXPECT_TRUE(fs::exists(left)) << "who only asks removes nothing";
     ASSERT_TRUE(ended_with(sweep_into("a", {"--resume"}), 0));
     EXPECT_FALSE(fs::exists(left));
+    for (const fs::path& file : half_written) EXPECT_FALSE(fs::exists(file)) << file;
 }
 
 /// A wire that stands before two targets, and follows neither.
@@ -228,6 +231,11 @@ TEST_F(SweepCommand, AFailedRunIsARowWithItsReasonAndIsNotRunAgain) {
     EXPECT_TRUE(sweep_into("a", {"--status"}).says("1 done, 1 failed, 0 running, 0 missing"));
 }
 
+TEST_F(SweepCommand, AMissedBudgetIsARowThatSaysSo) {
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "3", "--budget", "1ns", "--fail-on-overrun"]})");
+    EXPECT_EQ(table_of("a"), "repeat,status\n0,failed: exit 4: 3 of 3 steps missed the budget\n");
+}
+
 TEST_F(SweepCommand, DrawsAreTheSameEveryTimeAndWithinTheirBounds) {
     write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "0"], "draws": {"count": 5, "seed": 3},
         "vary": {"/instruments/wire/friction": {"uniform": [0.1, 0.3]}, "/instruments/wire/young_modulus": {"log_uniform": [10, 100]}}})");
@@ -301,7 +309,7 @@ TEST_F(SweepCommand, AnOptionOfTheCommandIsVariedAsAPointerIs) {
     write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, 5]}, "collect": {"steps": "/steps"}})");
     EXPECT_EQ(table_of("a"), "--steps,repeat,status,steps\n2,0,done,2\n5,0,done,5\n");
     write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, "many"]}})");
-    EXPECT_TRUE(refuses(sweep_into("b"), "--steps: run does not take it"));
+    EXPECT_TRUE(refuses(sweep_into("b"), "--steps: found many; expected an integer from 0 to 1000000000"));
     write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--out": ["x"]}})");
     EXPECT_TRUE(refuses(sweep_into("b"), "the sweep's own affair"));
 }
@@ -363,6 +371,29 @@ TEST_F(SweepCommand, AnotherPlanInTheFolderIsRefused) {
     EXPECT_TRUE(refuses(sweep_into("none", {"--status"}), "no sweep"));
 }
 
+TEST_F(SweepCommand, TheTableMayLieInItsFolderButOnNothingThatTheSweepReads) {
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "1"]})");
+    const std::string sweep_text = text_of(folder / "sweep.json");
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--collect", (folder / "a" / "table.csv").string()}), 0)) << "a folder that is made just now";
+    EXPECT_EQ(text_of(folder / "a" / "table.csv"), "repeat,status\n0,done\n");
+    for (const fs::path& taken : {folder / "sweep.json", folder / "scenes" / "tube.json", folder / "a" / "plan.json", folder / "a" / ".." / "sweep.json"})
+        EXPECT_TRUE(refuses(sweep_into("a", {"--collect", taken.string()}), "would overwrite a file that the sweep reads")) << taken;
+    EXPECT_EQ(text_of(folder / "sweep.json"), sweep_text);
+    EXPECT_TRUE(ended_with(sweep_into("a", {"--status"}), 0));
+}
+
+TEST_F(SweepCommand, AVerifySweepNoticesScenesAndReferencesAndLeavesNoPage) {
+    write("scenes/list.txt", "tube.json 3 0\n");
+    ASSERT_TRUE(ended_with(call({"verify", (folder / "scenes" / "list.txt").string(), "--write-references"}), 0));
+    write_sweep(R"({"scene": "scenes/list.txt", "command": "verify", "keep": "folder"})");
+    EXPECT_EQ(table_of("same"), "repeat,status\n0,done\n");
+    write("scenes/tube.json", with(kTube, R"("young_modulus": 60)", R"("young_modulus": 61)"));
+    EXPECT_TRUE(refuses(sweep_into("same", {"--resume"}), "tube.json has changed since"));
+    EXPECT_NE(table_of("other").find("failed: exit 5: 1 of 1 scenes differ from their references"), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder / "out")) << "the page of what differs is the run's";
+    for (const auto& entry : fs::directory_iterator(folder / "other" / "runs")) EXPECT_TRUE(fs::exists(entry.path() / "verify.html"));
+}
+
 /// Refused with a place and the reason, before anything runs.
 TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
     const Broken broken[] = {
@@ -405,9 +436,24 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
         {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"}, // it has no target
         {R"({"scene": "scenes/targets.json", "command": "plan"})", "expected one of them: near, far"},
+        {R"({"scene": "scenes/falling.json", "vary": {"/gravity/2": [-9810, -9.81]}})", "sweep.json:1:65: /gravity/2: found a gravity of 9.81 mm/s^2"},
         {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to", "fra"]})", R"(found the unknown target "fra"; nearest known target: "far" (known: near, far))"},
         {R"({"scene": "scenes/targets.json", "command": "plan", "options": ["--to=fra"]})", R"(unknown target "fra")"},
-        {R"({"scene": "scenes/targets.json", "command": "plan", "vary": {"--to": ["near", "fra"]}})", R"(unknown target "fra")"},
+        {R"({"scene": "scenes/targets.json", "command": "plan", "vary": {"--to": ["near", "fra"]}})", R"(1:79: --to: found the unknown target "fra")"},
+        {R"({"scene": "scenes/targets.json", "command": "episode", "options": ["--to", "fra"]})", R"(1:67: --to: found the unknown target "fra")"},
+        {R"({"scene": "scenes/tube.json", "options": ["--budget=exact"], "vary": {"/budget": ["work:5"]}})", "found --budget, and /budget is varied"},
+        {R"({"scene": "scenes/tube.json", "vary": {"--budget": ["exact"], "/budget": ["work:5"]}})", "1:63: /budget: --budget is varied, too"},
+        {R"({"scene": "scenes/tube.json", "vary": {"--budget": ["exact", "wrk:5"]}})", "1:62: --budget: budget \"wrk:5\": not understood"},
+        {R"({"scene": "scenes/tube.json", "command": "cost", "vary": {"--budgets": ["exact", "wrk:5"]}})", "1:82: --budgets: budget \"wrk:5\": not understood"},
+        {R"({"scene": "scenes/tube.json", "vary": {"--path": ["none.csv"]}})", "1:51: --path: the file \"none.csv\" does not exist"},
+        {R"({"scene": "scenes/tube.json", "options": ["--record-grants", "g.txt"]})", "every run would write the same file"},
+        {R"({"scene": "scenes/tube.json", "options": ["-n", "3"], "vary": {"--stesp": [3]}})",
+         "1:64: --stesp: run does not take it: found the unknown option \"--stesp\"; nearest known option: \"--steps\""},
+        {R"({"scene": "scenes/tube.json", "vary": {"--steps": [1.5]}})", "1:52: --steps: found 1.5; expected an integer from 0 to 1000000000"},
+        {R"({"scene": "scenes/tube.json", "vary": {"--steps": {"from": 0, "to": 1, "count": 3}}})", "1:40: --steps: found 0.5; expected an integer"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": 0.1, "to": 0.1, "count": 3}}})", "found 3 times 0.1; expected a count of 1"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": 0, "to": 1, "count": 0}}})", "count: found 0; expected 1 to"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": -1, "to": 1, "count": 3, "scale": "log"}}})", "above 0"},
         {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": "steps"}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_w", "take": "max"}}})", "nearest known column"},
@@ -432,6 +478,7 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "collect": {"--steps": "/steps"}, "vary": {"--steps": [3]}})", "another name"},
     };
     write("scenes/targets.json", two_targets());
+    write("scenes/falling.json", with(kTube, R"("budget": "exact")", R"("gravity": [0, 0, -9810])"));
     for (const Broken& one : broken) {
         write_sweep(one.text);
         EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;
@@ -443,12 +490,16 @@ TEST_F(SweepCommand, BadTablesOfRowsAreRefusedWithTheirLine) {
     write_sweep(R"({"scene": "scenes/tube.json", "rows": "cases.csv"})");
     const Broken broken[] = {{"", "no rows"},
                              {"/budget\n", "no rows"},
-                             {"budget\nexact\n", "cases.csv:1: found \"budget\""},
-                             {"/budget,/budget\nexact,exact\n", "varied twice"},
-                             {"/budget\nexact\nexact,5\n", "cases.csv:3"},
-                             {"/budget\nexact\nnan\n", "cases.csv:3"},
+                             {"budget\nexact\n", "cases.csv:1:1: found \"budget\""},
+                             {"/budget,/budget\nexact,exact\n", "cases.csv:1:9: the pointer /budget is varied twice"},
+                             {"/budget\nexact\nexact,5\n", "cases.csv:3:7: found 2 cells"},
+                             {"/budget,/instruments/wire/friction\nexact\n", "cases.csv:2:1: found 1 cells; expected 2"},
+                             {"/budget,/instruments/wire/friction\n\"exact\",0\nexact,-1\n", "cases.csv:3:7: /instruments/wire/friction"},
+                             {"/budget,/instruments/wire/friction\nexact,[0\n", "cases.csv:2:7: /instruments/wire/friction"},
+                             {"/budget,--steps\nexact,3\nexact,1.5\n", "cases.csv:3:7: --steps: found 1.5; expected an integer"},
+                             {"/budget\nexact\nnan\n", "cases.csv:3:1: /budget"},
                              {"/budgt\nexact\n", "\"budget\""},
-                             {"/instruments/wire/friction\nnan\n", "cases.csv:2"}};
+                             {"/instruments/wire/friction\nnan\n", "cases.csv:2:1"}};
     for (const Broken& one : broken) {
         write("cases.csv", one.text);
         EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;

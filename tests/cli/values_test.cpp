@@ -40,10 +40,14 @@ TEST_F(Values, ThatAreEmptyAreRefusedByTheirOptionsName) {
 
 TEST_F(Values, OfNumbersAreRefusedWithTheirRange) {
     const std::string file = scene.string();
-    EXPECT_TRUE(refuses(call({"view", file, "--port", "65536"}), "65536 not in range 0 to 65535"));
+    EXPECT_TRUE(refuses(call({"view", file, "--port", "65536"}), "--port: found 65536; expected an integer from 0 to 65535"));
     const Ended none = call({"run", file, "--checkpoint-every", "0"});
-    EXPECT_TRUE(refuses(none, "0 not in range 1 to 1000000000"));
+    EXPECT_TRUE(refuses(none, "--checkpoint-every: found 0; expected an integer from 1 to 1000000000"));
     EXPECT_LT(none.all().size(), 200u) << none;
+    EXPECT_TRUE(refuses(call({"episode", file, "--seed", "1.5"}), "--seed: found 1.5; expected an integer from 0 to 9223372036854775808"));
+    EXPECT_TRUE(refuses(call({"episode", file, "--reward", "1", "2"}), "--reward: found another number of values than it takes; expected 4 values"));
+    EXPECT_TRUE(refuses(call({"run", file, "--anatomy-seed", "-1"}), "--anatomy-seed: found -1; expected an integer of at least 0"));
+    EXPECT_TRUE(refuses(call({"run", file, "--budget", "wrk:3"}), "--budget: budget \"wrk:3\": not understood"));
     for (const char* pace : {"1e-300", "1e-4", "1001", "-1", "nan", "inf", "fast", "1x"})
         EXPECT_TRUE(refuses(call({"run", file, std::string("--pace=") + pace}), "expected 0, or 0.001 to 1000")) << pace;
     for (const char* pace : {"0", "1000"}) EXPECT_TRUE(ended_with(run(scene, {"-n", "1", "--force", "--pace", pace}), 0)) << pace;

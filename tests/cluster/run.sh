@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A sweep on a cluster of this one machine: tasks, slurmd and the submitting program are killed at random times; the table is
-# nevertheless that of a run without a cluster. Root, munge and slurm-wlm are needed; ./start test-cluster installs them.
+# A sweep on a cluster of this one machine: tasks, slurmd and the submitting program are killed at random times, and tasks are requeued;
+# the table is nevertheless that of a run without a cluster. Root, munge and slurm-wlm are needed; ./start test-cluster installs them.
 #   tests/cluster/run.sh PROGRAM [RUNS]      RUNS short runs, 1000 when absent
 set -euo pipefail
 program=$(realpath "$1")
@@ -109,11 +109,12 @@ cmp "$work/local.csv" "$work/clean.csv" || fail "the table of the cluster differ
 echo "on the cluster: $(awk "BEGIN {print $(date +%s.%N) - $begin}") s"
 
 "${sweep[@]}" "$work/cut" --slurm
-for round in 1 2 3 4 5 6; do
+for round in 1 2 3 4 5 6 7 8; do
     sleep "$((RANDOM % 3)).$((RANDOM % 10))"
-    case $((round % 3)) in
+    case $((round % 4)) in
     0) for pid in $(workers); do kill -KILL "$pid" 2>/dev/null || true; done ;;
     1) stop_by_file "$work/slurmd.pid" -KILL; sleep 0.5; slurmd -f "$SLURM_CONF" ;;
+    3) for task in $(squeue -h -r -t R -o %i); do scontrol requeue "$task" || true; done ;; # as a preemption does
     2) "${sweep[@]}" "$work/cut" --slurm --resume --no-forecast & submitter=$!
        sleep "0.$((RANDOM % 4))"; kill -KILL $submitter 2>/dev/null || true; wait $submitter 2>/dev/null || true ;;
     esac
@@ -127,4 +128,4 @@ done
 wait_for_queue
 "${sweep[@]}" "$work/cut" --collect "$work/cut.csv"
 cmp "$work/local.csv" "$work/cut.csv" || fail "the table of what was killed and resumed differs"
-echo "passed: $runs runs, the same table without a cluster, on it, and with tasks, slurmd and the submitting program killed"
+echo "passed: $runs runs, the same table without a cluster, on it, with tasks, slurmd and the submitting program killed, and requeued"

@@ -49,6 +49,11 @@ TEST(Csv, QuotedCellsReadBack) {
     EXPECT_EQ(rows[1].cells, (std::vector<std::string>{"", ""}));
     EXPECT_EQ(rows[2].cells, (std::vector<std::string>{"1", "2"}));
     EXPECT_EQ(rows[2].line, 5u);
+    EXPECT_EQ(rows[2].places[1].column, 3u);
+    const auto places = read_csv("\xEF\xBB\xBF\xc3\xa4,\"a\nb\",c\n")[0].places;
+    EXPECT_EQ(places[1].column, 3u) << "columns count characters";
+    EXPECT_EQ(places[2].line, 2u);
+    EXPECT_EQ(places[2].column, 4u);
     EXPECT_EQ(read_csv("\"never closed").size(), 1u);
 }
 
@@ -56,6 +61,10 @@ TEST(Range, HoldsItsEndsAndRoundNumbersBetween) {
     EXPECT_EQ(range_values(0.0, 0.3, 4, false), (std::vector<std::string>{"0", "0.1", "0.2", "0.3"}));
     EXPECT_EQ(range_values(0.001, 10.0, 5, true), (std::vector<std::string>{"0.001", "0.01", "0.1", "1", "10"}));
     EXPECT_EQ(range_values(2.0, 5.0, 1, false), (std::vector<std::string>{"2"}));
+    EXPECT_EQ(range_values(3.0, 1.0, 3, false), (std::vector<std::string>{"3", "2", "1"})) << "a falling one";
+    EXPECT_EQ(range_values(100.0, 1.0, 3, true), (std::vector<std::string>{"100", "10", "1"}));
+    EXPECT_EQ(range_values(9007199254740989.0, 9007199254740991.0, 3, false),
+              (std::vector<std::string>{"9007199254740989", "9007199254740990", "9007199254740991"})) << "seeds of many digits";
 }
 
 TEST(Draw, IsTheSameEverywhereAndKnowsItsPointer) {

@@ -13,12 +13,13 @@ struct ChildEnd {
     int exit_code = -1; // when it ended by itself
     int signal = 0;     // when it was killed by one
     bool timed_out = false, interrupted = false; // then we killed it
+    std::string output; // the end of what it printed
 };
 
-/// This same program, started in `folder`; what it prints goes to `log`.
+/// This same program, started in `folder`.
 /// time_limit  s; 0: none
-/// fails       ToolFailed: it could not be started; CannotWrite: the log
+/// fails       ToolFailed: it could not be started
 [[nodiscard]] Result<ChildEnd> run_this_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                                                const std::filesystem::path& log, double time_limit);
+                                                double time_limit);
 
 } // namespace trocar::engine

@@ -19,7 +19,7 @@ ValueSpec pair_value(std::string_view first, std::string_view second) {
 
 const ObjectSpec& range_table() {
     static const ObjectSpec table{
-        "range", "Numbers at even distances, both ends included.", "from", "",
+        "range", "Numbers at even distances, both ends included, in the order from the first to the last: a falling range is run as it stands.", "from", "",
         {number_field("from", Dimension::None, {}, "The first, in the scene's units.").required(),
          number_field("to", Dimension::None, {}, "The last.").required(),
          count_field("count", 1, kMostCount, "How many; 1 is the first alone.").required(),

@@ -10,7 +10,8 @@
 namespace trocar::engine {
 
 std::string number_json(double value) {
-    const double rounded = std::strtod(fmt::format("{:.12g}", value).c_str(), nullptr);
+    const bool is_long_integer = std::abs(value) >= 1e12 && value == std::floor(value); // a seed: each of its digits counts
+    const double rounded = is_long_integer ? value : std::strtod(fmt::format("{:.12g}", value).c_str(), nullptr);
     return rounded == 0.0 ? "0" : fmt::format("{}", rounded);
 }
 

@@ -1,5 +1,6 @@
 // From a sweep to its plan: every scene is read, every pointer is followed, before anything runs.
 #include "engine/experiments/plan_scene.hpp"
+#include "engine/experiments/regression.hpp"
 #include "engine/experiments/sweep/sweep_plan.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/cache.hpp"
@@ -23,6 +24,34 @@ std::string hash_of(std::string_view bytes) {
     ContentHash hash;
     hash.feed(bytes);
     return hash.hex();
+}
+
+/// Meshes, paths and recipes that a scene reads.
+void find_scene_files(const Scene& scene, std::set<std::string>& files) {
+    for (const SceneBody& body : scene.bodies)
+        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
+            if (!file.empty()) files.insert(file.string());
+    for (const SceneInstrument& instrument : scene.instruments)
+        for (const std::filesystem::path& file : {instrument.path_file, instrument.device_file})
+            if (!file.empty()) files.insert(file.string());
+}
+
+/// What `verify` reads: the scenes of the lists, their files and their references. A reference that is not there is a matter of the run.
+Result<std::set<std::string>> find_verified_files(const SweepPlan& plan) {
+    std::set<std::string> files;
+    for (const PlannedFile& list : plan.scenes) {
+        const auto entries = read_regression_list(list.file);
+        if (!entries) return entries.error();
+        for (const RegressionEntry& entry : *entries) {
+            const auto scene = read_scene(entry.scene);
+            if (!scene) return scene.error();
+            find_scene_files(*scene, files);
+            files.insert(entry.scene.string());
+            std::error_code none;
+            if (std::filesystem::exists(entry.reference, none)) files.insert(entry.reference.string());
+        }
+    }
+    return files;
 }
 
 /// Follows the pointers of one plan into its scenes.
@@ -62,26 +91,27 @@ private:
         }
         auto scene = parse_scene(*text_, plan_.scenes[scene_].file, overrides);
         if (!scene) return blame(scene.error(), run);
-        if (plan_.command == SweepCommand::Plan)
-            if (const auto aimed = aim_to_plan(*scene, target_of(run, *scene)); !aimed) return blame(at_options(aimed.error()), run);
-        for (const SceneBody& body : scene->bodies)
-            for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
-                if (!file.empty()) files_.insert(file.string());
-        for (const SceneInstrument& instrument : scene->instruments)
-            for (const std::filesystem::path& file : {instrument.path_file, instrument.device_file})
-                if (!file.empty()) files_.insert(file.string());
+        if (auto error = check_targets(*scene, run)) return blame(at_options(*error), run);
+        find_scene_files(*scene, files_);
         return std::nullopt;
     }
 
-    /// What `plan` drives to in this run; empty: the scene does not say it either.
-    std::string target_of(const PlannedRun& run, const Scene& scene) const {
+    /// `plan` must have a way to its target, the others a target of every name that they are given.
+    std::optional<Error> check_targets(Scene& scene, const PlannedRun& run) const {
         constexpr std::string_view kTo = "--to";
         const std::vector<std::string> words = plan_.command_line(run, "out");
+        std::vector<std::string> targets;
         for (std::size_t i = 0; i < words.size(); ++i) {
-            if (words[i] == kTo && i + 1 < words.size()) return words[i + 1];
-            if (words[i].starts_with("--to=")) return words[i].substr(kTo.size() + 1);
+            if (words[i] == kTo && i + 1 < words.size()) targets.push_back(words[i + 1]);
+            if (words[i].starts_with("--to=")) targets.push_back(words[i].substr(kTo.size() + 1));
         }
-        return usual_target(scene).value_or("");
+        if (plan_.command == SweepCommand::Plan) {
+            const auto aimed = aim_to_plan(scene, targets.empty() ? usual_target(scene).value_or("") : targets.front());
+            return aimed ? std::nullopt : std::optional(aimed.error());
+        }
+        for (const std::string& target : targets)
+            if (const auto aimed = aim_first_instrument(scene, target); !aimed) return aimed.error();
+        return std::nullopt;
     }
 
     Error at_options(Error error) const {
@@ -89,7 +119,13 @@ private:
         return {error.code, std::move(error.message), spec_.file.string(), at.line, at.column, std::move(error.key)};
     }
 
-    /// The place in the sweep of the value that the scene refuses.
+    /// "gravity[2]" is within "gravity", as is "gravity" itself.
+    static bool is_within(const std::string& key, const std::string& whole) {
+        return key == whole || (!whole.empty() && (key.starts_with(whole + ".") || key.starts_with(whole + "[")));
+    }
+
+    /// The place in the sweep of the value that the scene refuses. Without its runs the scene was fine, so what is refused as a whole is
+    /// refused for the part that is varied.
     Error blame(Error error, const PlannedRun& run) const {
         std::uint64_t index = run.number / plan_.repeat;
         for (std::size_t i = spec_.axes.size(); i-- > 0;) {
@@ -97,10 +133,10 @@ private:
             const std::size_t value = index % axis.values.size();
             index /= axis.values.size();
             for (std::size_t p = 0; p < axis.pointers.size(); ++p) {
-                const bool unknown = error.key == axis.pointers[p];
+                const bool unknown = error.key == axis.pointers[p] && !is_option(axis.pointers[p]);
                 const std::string key = dotted_key(axis.pointers[p]);
-                if (!unknown && error.key != key && !error.key.starts_with(key + ".") && !error.key.starts_with(key + "[")) continue;
-                const TextPosition at = unknown || axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[value];
+                if (!unknown && error.key != axis.pointers[p] && !is_within(error.key, key) && !is_within(key, error.key)) continue;
+                const TextPosition at = axis.place(p, unknown ? std::nullopt : std::optional(value));
                 error.message = error.message.substr(0, error.message.find("; the value was given for ")); // that is the place here
                 error.message += fmt::format(" (scene {})", plan_.scene_names[run.scene]);
                 return {error.code, std::move(error.message), axis.file, at.line, at.column, axis.pointers[p]};
@@ -176,12 +212,18 @@ Result<SweepPlan> make_plan(const SweepSpec& spec) {
     if (!texts) return texts.error();
     const std::uint64_t runs = plan.run_count();
     plan.chunk_runs = std::clamp<std::uint64_t>(runs / kFewestChunks, 1, kMostChunkRuns);
-    if (plan.command == SweepCommand::Verify) return plan;
-    PlanCheck check(spec, plan);
-    for (std::size_t i = 0; i < texts->size(); ++i)
-        if (auto error = check.check(i, (*texts)[i])) return *error;
-    std::set<std::string> files = check.files();
-    find_option_files(spec, files);
+    std::set<std::string> files;
+    if (plan.command == SweepCommand::Verify) {
+        auto found = find_verified_files(plan);
+        if (!found) return found.error();
+        files = std::move(*found);
+    } else {
+        PlanCheck check(spec, plan);
+        for (std::size_t i = 0; i < texts->size(); ++i)
+            if (auto error = check.check(i, (*texts)[i])) return *error;
+        files = check.files();
+        find_option_files(spec, files);
+    }
     for (const std::string& file : files) {
         const auto bytes = read_file_bytes(file);
         if (!bytes) return bytes.error();

@@ -25,6 +25,8 @@ constexpr double kLargestInteger = 9007199254740992.0; // 2^53
 /// Of all pointers together; a run has one for each. Checked before they are made.
 constexpr std::uint64_t kMostValues = 4'000'000;
 
+TextPosition position_of(CsvPlace place) { return {place.line, place.column}; }
+
 /// What the reading functions share.
 class SweepReader {
 public:
@@ -89,21 +91,26 @@ private:
         const std::vector<CsvRow> table = read_csv(*bytes);
         SweepAxis axis;
         axis.file = path->string();
-        if (table.size() < 2) return Error{ErrorCode::BadValue, "found no rows; expected a header of pointers and a row or more", axis.file, 1};
+        const auto refuse = [&](CsvPlace at, std::string message, std::string pointer = {}) {
+            return Error{ErrorCode::BadValue, std::move(message), axis.file, at.line, at.column, std::move(pointer)};
+        };
+        if (table.size() < 2) return refuse({1, 1}, "found no rows; expected a header of pointers and a row or more");
         if (table.size() - 1 > kMostRuns)
-            return Error{ErrorCode::BadValue, fmt::format("found {} rows; expected at most {}", table.size() - 1, kMostRuns), axis.file};
-        for (const std::string& pointer : table.front().cells)
-            if (auto error = add_pointer(axis, pointer, axis.file, {table.front().line, 0}, "")) return error;
+            return refuse(table[kMostRuns + 1].places.front(), fmt::format("found {} rows; expected at most {}", table.size() - 1, kMostRuns));
+        const CsvRow& header = table.front();
+        for (std::size_t p = 0; p < header.cells.size(); ++p)
+            if (auto error = add_pointer(axis, header.cells[p], axis.file, position_of(header.places[p]), "")) return error;
         for (std::size_t i = 1; i < table.size(); ++i) {
-            if (table[i].cells.size() != axis.pointers.size())
-                return Error{ErrorCode::BadValue, fmt::format("found {} cells; expected {}, as in the header", table[i].cells.size(), axis.pointers.size()),
-                             axis.file, table[i].line};
+            const auto& [line, cells, places] = table[i];
+            if (cells.size() != axis.pointers.size())
+                return refuse(places[std::min(axis.pointers.size(), cells.size() - 1)],
+                              fmt::format("found {} cells; expected {}, as in the header", cells.size(), axis.pointers.size()));
             std::vector<std::string>& row = axis.values.emplace_back();
-            axis.value_at.push_back({table[i].line, 0});
-            for (const std::string& cell : table[i].cells) {
-                const auto override = parse_override("/x=" + cell);
-                if (!override) return Error{ErrorCode::BadValue, override.error().message, axis.file, table[i].line};
+            for (std::size_t p = 0; p < cells.size(); ++p) {
+                const auto override = parse_override("/x=" + cells[p]);
+                if (!override) return refuse(places[p], override.error().message, axis.pointers[p]);
                 row.push_back(json_text(override->value));
+                axis.value_at.push_back(position_of(places[p]));
             }
         }
         spec_.axes.push_back(std::move(axis));
@@ -167,6 +174,8 @@ private:
         const bool log = scale != nullptr && scale->text == "log";
         if (log && (from <= 0.0 || to <= 0.0)) return fail(node.at, key, fmt::format("a log range from {:g} to {:g}; expected both above 0", from, to));
         if (!std::isfinite(to - from)) return fail(node.at, key, fmt::format("a range from {:g} to {:g} is too long", from, to));
+        if (from == to && count > 1)
+            return fail(node.at, key, fmt::format("found {} times {:g}; expected a count of 1, and \"repeat\" for the same run again", count, from));
         for (std::string& value : range_values(from, to, count, log)) axis.values.push_back({std::move(value)});
         return std::nullopt;
     }

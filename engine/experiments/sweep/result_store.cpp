@@ -136,11 +136,16 @@ Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results)
 
 Result<void> ResultStore::pack_complete() const {
     const Parts begun = find_begun();
+    std::uint64_t complete = 0;
     for (const auto& [chunk, parts] : begun) {
-        if (parts.empty() || chunk >= plan_.chunk_count()) continue;
+        if (chunk >= plan_.chunk_count()) continue;
+        std::error_code none;
+        complete += parts.empty() && fs::exists(packed_file(chunk), none);
+        if (parts.empty()) continue;
         const ChunkResults results = read(chunk, begun);
         const auto [first, end] = plan_.chunk(chunk);
         if (results.runs.size() != end - first) continue;
+        ++complete;
         if (!results.is_packed)
             if (auto packed = pack(chunk, results); !packed) return packed.error();
         for (const fs::path& part : parts) { // an orphan that still writes there has nothing to add
@@ -148,6 +153,7 @@ Result<void> ResultStore::pack_complete() const {
             fs::remove(part, gone);
         }
     }
+    if (complete == plan_.chunk_count()) remove_temporaries(folder_ / sweep_name::kResults); // who still writes there has nothing to add
     return {};
 }
 

@@ -5,6 +5,7 @@
 #include "engine/prepare/process.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -20,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPatience_s = 120.0;         // for a command of Slurm
 constexpr std::size_t kMostNamed = 12;       // chunks of one line
+constexpr const char* kHeld = "HELD";        // our word: waiting until somebody releases it
 
 std::vector<std::uint64_t> chunks_of(const std::string& line) {
     std::vector<std::uint64_t> chunks;
@@ -55,13 +57,20 @@ void note_state(Submission& one, std::string_view task, std::string_view state) 
 
 /// Tasks in the queue, and those that left it some minutes ago.
 void ask_squeue(Submission& one, const fs::path& folder, SlurmQueue& queue) {
-    const auto said = call_slurm("squeue", {"-h", "-r", "-t", "all", "-j", one.id, "-o", "%K %T"}, folder);
+    const auto said = call_slurm("squeue", {"-h", "-r", "-t", "all", "-j", one.id, "-o", "%K %T %r"}, folder);
     if (!said) {
         if (said.error().message.find("Invalid job id") == std::string::npos) queue.failure = said.error().message; // long gone
         return;
     }
     std::istringstream rows(*said);
-    for (std::string task, state; rows >> task >> state;) note_state(one, task, state);
+    for (std::string row; std::getline(rows, row);) {
+        std::istringstream words(row);
+        std::string task, state, reason;
+        words >> task >> state;
+        std::getline(words, reason); // "JobHeldUser", "launch failed requeued held"
+        const bool is_held = reason.find("Held") != std::string::npos || reason.ends_with("held");
+        note_state(one, task, (state == "PENDING" && is_held) || state.find("HOLD") != std::string::npos ? kHeld : state);
+    }
 }
 
 /// Tasks that the queue has forgotten. A requeued one is told in its last life.
@@ -88,7 +97,7 @@ enum class TaskKind : std::uint8_t { Running, Waiting, Ended };
 TaskKind kind_of(const std::string& state) {
     for (const char* running : {"RUNNING", "COMPLETING", "CONFIGURING", "STAGE_OUT", "SIGNALING", "SUSPENDED", "STOPPED"})
         if (state == running) return TaskKind::Running;
-    for (const char* waiting : {"PENDING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED", "RESV_DEL_HOLD", "SPECIAL_EXIT", "RESIZING"})
+    for (const char* waiting : {"PENDING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED", "RESV_DEL_HOLD", "SPECIAL_EXIT", "RESIZING", kHeld})
         if (state == waiting) return TaskKind::Waiting;
     return TaskKind::Ended;
 }
@@ -107,6 +116,7 @@ void take_in(const Submission& one, SlurmQueue& queue) {
             queue.ended[state->second].insert(chunks.begin(), chunks.end());
         } else {
             ++(kind == TaskKind::Running ? queue.running : queue.waiting);
+            if (state->second == kHeld) queue.held_jobs.insert(one.id);
             queue.chunks.insert(chunks.begin(), chunks.end());
         }
     }
@@ -152,6 +162,12 @@ SlurmQueue ask_queue(const fs::path& folder) {
         take_in(*one, queue);
     }
     return queue;
+}
+
+std::string queued_text(const SlurmQueue& queue) {
+    std::string text = fmt::format("{} tasks running, {} waiting", queue.running, queue.waiting);
+    if (!queue.held_jobs.empty()) text += fmt::format("; those that Slurm holds go on after `scontrol release {}`", fmt::join(queue.held_jobs, ","));
+    return text;
 }
 
 std::string ended_text(const SlurmQueue& queue, const std::vector<std::uint64_t>& incomplete) {

@@ -15,6 +15,7 @@ namespace trocar::engine {
 struct SlurmQueue {
     std::size_t running = 0, waiting = 0; // tasks
     std::set<std::uint64_t> chunks;       // that those tasks will take
+    std::set<std::string> held_jobs;      // with tasks that wait until somebody releases them
     std::string failure;                  // why the queue could not be asked; empty: it could, or there is nothing to ask about
     /// State that Slurm gives (TIMEOUT, OUT_OF_MEMORY, ...) -> chunks of tasks that came to it, where no later task has them.
     std::map<std::string, std::set<std::uint64_t>> ended;
@@ -23,6 +24,9 @@ struct SlurmQueue {
 };
 /// Asks squeue, which remembers a task for some minutes (MinJobAge), and then sacct, where there is accounting.
 [[nodiscard]] SlurmQueue ask_queue(const std::filesystem::path& folder);
+
+/// "2 tasks running, 1 waiting", and what lets tasks go on that Slurm holds.
+[[nodiscard]] std::string queued_text(const SlurmQueue& queue);
 
 /// Lines on tasks that ended without their results, for the status of a sweep.
 /// incomplete  chunks that miss a result

@@ -153,7 +153,10 @@ std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const st
             words.insert(words.end(), {"--set", pointer + "=" + value});
     words.insert(words.end(), options.begin(), options.end());
     words.emplace_back("--quiet");
-    if (command == SweepCommand::Verify) return words;
+    if (command == SweepCommand::Verify) { // without a name the page would go to the sweep's folder
+        if (options.empty()) words.insert(words.end(), {"--page", (out / "verify.html").string()});
+        return words;
+    }
     words.insert(words.end(), {"--out", out.string()});
     // pictures that nobody keeps: a third of a run of a second
     const bool is_named = std::find(options.begin(), options.end(), "--no-pictures") != options.end();

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,7 +35,12 @@ struct SweepAxis {
     std::vector<std::vector<std::string>> values; // [value][pointer], canonical JSON
     std::string file;                             // that the values stand in: the sweep's, or a CSV
     std::vector<TextPosition> pointer_at;         // [pointer]
-    std::vector<TextPosition> value_at;           // [value]; empty: as pointer_at
+    std::vector<TextPosition> value_at;           // [value * pointers + pointer]; empty: as pointer_at
+
+    /// Where a pointer stands, or one of its values.
+    [[nodiscard]] TextPosition place(std::size_t pointer, std::optional<std::size_t> value) const {
+        return !value || value_at.empty() ? pointer_at[pointer] : value_at[*value * pointers.size() + pointer];
+    }
 };
 
 /// A column of the table: a value of the figures' file, or a reduction of a column of table_file.

@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -51,13 +53,11 @@ std::string collected(const CollectItem& item, const Json& figures, const fs::pa
 }
 
 /// The last error that a run has printed, without the names of folders that only this run had.
-std::string reason_of(const fs::path& log, const fs::path& out) {
-    const auto text = read_file_bytes(log);
-    if (!text) return "";
+std::string reason_of(std::string_view text, const fs::path& out) {
     std::string reason;
-    for (std::size_t begin = 0; begin < text->size();) {
-        const std::size_t end = std::min(text->find('\n', begin), text->size());
-        std::string_view line = std::string_view(*text).substr(begin, end - begin);
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::string_view line = text.substr(begin, end - begin);
         begin = end + 1;
         if (const std::size_t cleared = line.rfind('\r'); cleared != std::string_view::npos) line.remove_prefix(cleared + 1);
         if (line.starts_with("error: ")) reason = line.substr(7);
@@ -75,16 +75,13 @@ std::string reason_of(const fs::path& log, const fs::path& out) {
 }
 
 /// The disk, not the run: then the run has no result.
-bool is_machines_fault(const fs::path& log) {
-    const auto text = read_file_bytes(log);
-    if (!text) return true;
-    for (const int reason : {ENOSPC, EDQUOT, EIO, EROFS, ESTALE})
-        if (text->find(std::strerror(reason)) != std::string::npos) return true;
-    return false;
+bool is_machines_fault(const std::string& text) {
+    return std::ranges::any_of(std::array{ENOSPC, EDQUOT, EFBIG, EIO, EROFS, ESTALE},
+                               [&](int reason) { return text.find(std::strerror(reason)) != std::string::npos; });
 }
 
 /// "done", or why not; nothing where the run has no result.
-std::optional<std::string> judge(const ChildEnd& end, const SweepPlan& plan, const fs::path& out, const fs::path& log) {
+std::optional<std::string> judge(const ChildEnd& end, const SweepPlan& plan, const fs::path& out) {
     if (end.timed_out) return fmt::format("failed: took longer than {:g} s", plan.time_limit);
     // by somebody; or it could not even start
     if (end.signal == SIGKILL || end.signal == SIGTERM || end.signal == SIGINT || end.exit_code == 130 || end.exit_code == kNotStarted) return std::nullopt;
@@ -95,7 +92,7 @@ std::optional<std::string> judge(const ChildEnd& end, const SweepPlan& plan, con
         if (figures == nullptr || fs::exists(out / figures, none)) return "done";
         return fmt::format("failed: left no {}", figures);
     }
-    const std::string reason = reason_of(log, out);
+    const std::string reason = reason_of(end.output, out);
     return reason.empty() ? fmt::format("failed: exit {}", end.exit_code) : fmt::format("failed: exit {}: {}", end.exit_code, reason);
 }
 
@@ -134,7 +131,7 @@ Result<void> keep_folder(const fs::path& out, const fs::path& folder, const std:
     fs::create_directories(place.parent_path(), failed);
     if (fs::exists(place, failed)) fs::remove_all(place, failed);
     fs::rename(out, place, failed);
-    if (!failed) return {};
+    if (!failed || failed == std::errc::directory_not_empty) return {}; // another worker, at the same run, was faster
     const fs::path copy = place.parent_path() / ("." + key + ".part"); // from another file system
     fs::remove_all(copy, failed);
     fs::copy(out, copy, fs::copy_options::recursive, failed);
@@ -168,7 +165,6 @@ Result<ChunkEnd> run_chunk(const fs::path& folder, const SweepPlan& plan, std::u
         if (!part) return part.error();
         const Scratch scratch(folder, part->path().stem().string());
         if (auto made = scratch.made(); !made) return made.error();
-        const fs::path log = scratch.path() / "log";
         for (std::uint64_t number = first; number < end; ++number) {
             if (before.runs.contains(number)) continue;
             ended.interrupted = interrupt_requested();
@@ -177,17 +173,18 @@ Result<ChunkEnd> run_chunk(const fs::path& folder, const SweepPlan& plan, std::u
             const fs::path out = scratch.path() / "out";
             std::error_code ignored;
             fs::remove_all(out, ignored);
-            const auto child = run_this_program(plan.command_line(run, out), plan.folder, log, plan.time_limit);
+            if (plan.command == SweepCommand::Verify) fs::create_directory(out, ignored); // the others make it
+            const auto child = run_this_program(plan.command_line(run, out), plan.folder, plan.time_limit);
             if (!child) return child.error();
             ended.interrupted = child->interrupted;
             if (ended.interrupted) break;
-            auto status = judge(*child, plan, out, log);
+            auto status = judge(*child, plan, out);
             if (!status) {
                 ++ended.killed;
                 continue;
             }
-            if (child->exit_code != 0 && !child->timed_out && is_machines_fault(log))
-                return Error{ErrorCode::CannotWrite, fmt::format("run {} cannot write its outputs: {}", number, reason_of(log, out)), folder.string()};
+            if (child->exit_code != 0 && !child->timed_out && is_machines_fault(child->output))
+                return Error{ErrorCode::CannotWrite, fmt::format("run {} cannot write its outputs: {}", number, reason_of(child->output, out)), folder.string()};
             const RunResult result = collect_run(plan, run, out, std::move(*status));
             if (plan.keeps_folders && fs::exists(out, ignored))
                 if (auto kept = keep_folder(out, folder, run.key); !kept) return kept.error();
