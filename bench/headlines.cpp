@@ -311,6 +311,51 @@ std::vector<Headline> of_seed004(Rows rows) {
     return lines;
 }
 
+/// Of each scene its parts of a tenth of the step and more, largest first, and what tissue reaches of its roof.
+std::vector<Headline> of_step(Rows rows) {
+    constexpr double kWorthNaming = 0.1;
+    std::vector<Headline> lines;
+    for (std::size_t begin = 0, end = 0; begin < rows.size(); begin = end) {
+        const std::string scene = row_text(rows[begin], "scene");
+        for (end = begin; end < rows.size() && row_text(rows[end], "scene") == scene;) ++end;
+        const BenchRow* step = find(rows.subspan(begin, end - begin), [](const BenchRow& row) { return row_text(row, "part") == "step"; });
+        if (step == nullptr) continue;
+        std::vector<std::pair<double, std::string>> shares;
+        for (const BenchRow& row : rows.subspan(begin, end - begin)) {
+            const double share = row_number(row, "of_step").value_or(0.0);
+            if (&row == step || !row_text(row, "within").empty() || share < kWorthNaming) continue;
+            const auto roof = row_number(row, "of_roof");
+            shares.emplace_back(-share, fmt::format("{} {:.0f} %{}", row_text(row, "part"), 100.0 * share, roof ? fmt::format(" ({:.0f} % of its roof)", 100.0 * *roof) : ""));
+        }
+        std::sort(shares.begin(), shares.end());
+        std::vector<std::string> named;
+        for (const auto& [share, text] : shares) named.push_back(text);
+        lines.push_back({scene + ": a step's median / 99th percentile, ms; its parts of a tenth and more",
+                         fmt::format("{:.2f} / {:.2f}; {}", row_number(*step, "ms_p50").value_or(0.0), row_number(*step, "ms_p99").value_or(0.0), fmt::join(named, ", ")),
+                         {},
+                         {},
+                         {}});
+    }
+    return lines;
+}
+
+std::vector<Headline> of_growth(Rows rows) {
+    std::vector<Headline> lines;
+    for (const BenchRow& row : rows) {
+        const auto exponent = row_number(row, "exponent"), bytes = row_number(row, "bytes_per_element");
+        if (!exponent) continue;
+        lines.push_back({fmt::format("{}, {:.0f} to {:.0f}: exponent of a step's time; memory of a {}", row_text(row, "curve"), row_number(row, "smallest").value_or(0.0),
+                                     row_number(row, "elements").value_or(0.0), row_text(row, "element")),
+                         fmt::format("{:.2f}{}", *exponent, bytes ? fmt::format("; {:.3g} kB", 1e-3 * *bytes) : ""),
+                         fmt::format("wanted: at most {:g}, {}", row_number(row, "wanted").value_or(0.0), is(row, "met", true) ? "met" : "missed"),
+                         {},
+                         is(row, "met", true) ? std::string()
+                                              : fmt::format("of the largest {:.0f} % are {}, exponent {:.2f}", 100.0 * row_number(row, "of_step").value_or(0.0),
+                                                            row_text(row, "largest_part"), row_number(row, "its_exponent").value_or(0.0))});
+    }
+    return lines;
+}
+
 struct Maker {
     std::string_view bench;
     std::vector<Headline> (*make)(Rows);
@@ -318,7 +363,8 @@ struct Maker {
 constexpr Maker kMakers[] = {{"deadline", of_deadline},       {"price", of_price},           {"effects", of_effects},       {"fem", of_fem},
                              {"validation", of_validation},   {"spheretree", of_spheretree}, {"interruptible", of_interruptible},
                              {"contacts", of_contacts},       {"chromatic", of_chromatic},   {"seed001", of_seed001},
-                             {"image-space", of_image_space}, {"seed004", of_seed004}};
+                             {"image-space", of_image_space}, {"seed004", of_seed004},       {"step", of_step},
+                             {"growth", of_growth}};
 
 } // namespace
 

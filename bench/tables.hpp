@@ -19,6 +19,8 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_price(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_effects(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_step(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_growth(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_laws(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_fluoroscopy(const BenchOptions& options);
@@ -30,6 +32,9 @@ inline constexpr std::array kBenches{
     Bench{"deadline", "budgets from 0.1 to 33 ms on the main scene: kept or not, p99, p99.9, worst", bench_deadline},
     Bench{"price", "what accuracy costs: shipped scenes under budgets from nothing to no limit, each against its exact run", bench_price},
     Bench{"effects", "what each effect of a scene costs: the scene beside the scene without it", bench_effects},
+    Bench{"step", "where the time of a step goes, part by part: time, hardware counters, bytes and arithmetic against this machine's roofline", bench_step},
+    Bench{"growth", "time and memory over 10K to 2M wall triangles, 1K to 500K tetrahedra, 1 to 64 bodies, 1 to 8 instruments: exponents",
+          bench_growth},
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
     Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",
           bench_validation},

@@ -33,6 +33,7 @@ struct StepReport {
     std::array<AccountEntry, kAccountParts> account; // by AccountPart: sums to ms.budget where the budget covers collision
     EffectCounts effects; // whose code was entered
     unsigned substeps = 0;
+    std::uint64_t tet_evaluations = 0; // forces of a tetrahedron, once each: of motion that contact made again too
     double stable_step_s = 0.0; // smallest over the deformable bodies; 0: none
 
     // coarse

@@ -160,6 +160,8 @@ std::span<const std::string> Simulator::cull_notes() const noexcept {
 
 const BudgetLimits& Simulator::budget() const noexcept { return parts_->budget.limits(); }
 
+void Simulator::set_probe(StepProbe* probe) noexcept { parts_->budget.set_probe(probe); }
+
 DecisionTape& Simulator::tape() noexcept { return parts_->budget.tape(); }
 
 const SceneModel& Simulator::model() const noexcept { return parts_->model; }

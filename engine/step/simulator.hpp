@@ -26,6 +26,7 @@ namespace trocar::engine {
 
 class Clock;
 class DecisionTape;
+class StepProbe;
 struct StepScratch;
 
 /// Every public call checks what it is given, and answers: with an Error that says what was found and what is expected, and then nothing
@@ -88,6 +89,9 @@ public:
     void set_cull_device(std::unique_ptr<collision::CullBackend> device);
     /// Why a device was given up, if one was.
     [[nodiscard]] std::span<const std::string> cull_notes() const noexcept;
+
+    /// Is told of the parts of every step from now on (step_probe.hpp), and must outlive that; nullptr: nobody is. Forks have none.
+    void set_probe(StepProbe* probe) noexcept;
 
     /// Every decision of the clock: recorded from the next step on, or replayed in it (see DecisionTape).
     [[nodiscard]] DecisionTape& tape() noexcept;

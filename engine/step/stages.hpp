@@ -6,13 +6,14 @@
 #include "engine/step/scratch.hpp"
 #include "engine/time/clock.hpp"
 #include "engine/time/step_budget.hpp"
+#include "engine/time/step_probe.hpp"
 
 namespace trocar::engine {
 
-/// Adds the time for which it lives to a stage's and to the step's, ms.
+/// Adds the time for which it lives to a stage's and to the step's, ms; what a probe takes is not in it.
 class Timed {
 public:
-    Timed(double& stage, double& total) noexcept : stage_(stage), total_(total) {}
+    Timed(double& stage, double& total, const StepBudget& budget, ProbedPart part) noexcept : probed_(budget.probe(), part), stage_(stage), total_(total) {}
     ~Timed() {
         const double ms = watch_.elapsed_ms();
         stage_ += ms;
@@ -22,6 +23,7 @@ public:
     Timed& operator=(const Timed&) = delete;
 
 private:
+    ProbeScope probed_; // begins before the watch and ends after it
     double &stage_, &total_;
     StopWatch watch_;
 };

@@ -54,7 +54,7 @@ void report_traversal(const TraversalScratch& traversal, StepReport& report) {
 
 void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods,
                            TraversalScratch& traversal, StepReport& report, StepBudget& budget) {
-    const Timed timed(report.ms.descend, report.ms.total);
+    const Timed timed(report.ms.descend, report.ms.total, budget, ProbedPart::Descent);
     spheretree::Descent& descent = traversal.descent;
     std::vector<Contact>& coarse = traversal.coarse;
     coarse.clear();
@@ -96,7 +96,7 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
 
 void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, RodsScratch& rods,
                            StepReport& report, StepBudget& budget) {
-    const Timed timed(report.ms.exact, report.ms.total);
+    const Timed timed(report.ms.exact, report.ms.total, budget, ProbedPart::Exact);
     const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Exact)]);
     rods.hits.clear();
     if (!live.exact_contact) return;

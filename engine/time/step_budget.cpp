@@ -132,6 +132,13 @@ void StepBudget::end_part(StepPart part) noexcept {
     part_took_s_[index] = seconds;
     if (part == StepPart::Respond) response_ratio_.learn(seconds, look_ahead_s());
     if (part == StepPart::Walls || part == StepPart::Planes) steady_s_ += seconds;
+    tell(part, &StepProbe::end);
+}
+
+void StepBudget::tell(StepPart part, void (StepProbe::*what)(ProbedPart)) noexcept {
+    if (part == StepPart::Walls) tell(ProbedPart::Walls, what);
+    if (part == StepPart::Planes) tell(ProbedPart::Planes, what);
+    if (part == StepPart::Skin) tell(ProbedPart::Skin, what);
 }
 
 void StepBudget::end_solve() noexcept {
@@ -139,6 +146,7 @@ void StepBudget::end_solve() noexcept {
     solve_.learn(seconds);
     steady_s_ += seconds;
     solve_seen_ = true;
+    tell(ProbedPart::RodSolve, &StepProbe::end);
 }
 
 unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
@@ -282,6 +290,7 @@ WorkBudget StepBudget::grant_rows() {
 
 void StepBudget::end_rows(std::uint64_t units) noexcept {
     const double seconds = rows_timed_ ? seconds_between(rows_start_ns_, clock_->now_ns()) : static_cast<double>(units) * row_s_per_unit_;
+    tell(ProbedPart::Solver, &StepProbe::end);
     if (rows_timed_ && !rows_more_) rows_s_ += seconds, rows_timed_units_ += units;
     if (running_) return;
     charged_ns_ += static_cast<std::int64_t>(1e9 * seconds);
@@ -330,7 +339,7 @@ bool StepBudget::round_fits() {
         const CostForecast& skin = forecast(StepPart::Skin);
         return (retries() ? CostForecast::recent_of_both_s(solve_, skin) : solve_.reserve_s() + skin.reserve_s()) <= left_s();
     }) != 0;
-    round_start_ns_ = clock_->now_ns();
+    if (fits) begin_solve();
     return fits;
 }
 
@@ -344,11 +353,13 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
 }
 
 WorkBudget StepBudget::grant_tests(const ExactForecast& forecast) {
+    tell(ProbedPart::Tests, &StepProbe::begin);
     operation_start_ns_ = clock_->now_ns();
     return WorkBudget(tape_.decide(DecisionKind::Tests, [&] { return affordable_tests(forecast); }));
 }
 
 void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept {
+    tell(ProbedPart::Tests, &StepProbe::end);
     units_spent_ += grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
     const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());

@@ -7,6 +7,7 @@
 #include "engine/time/decisions.hpp"
 #include "engine/time/forecast.hpp"
 #include "engine/time/limits.hpp"
+#include "engine/time/step_probe.hpp"
 
 #include <algorithm>
 #include <array>
@@ -68,13 +69,19 @@ public:
     void charge(double seconds) noexcept { charged_ns_ += static_cast<std::int64_t>(seconds * 1e9); }
 
     /// A part of the step begins, and ends: what it cost is the forecast for the next one. Parts may nest.
-    void begin_part(StepPart part) noexcept { part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns(); }
+    void begin_part(StepPart part) noexcept {
+        tell(part, &StepProbe::begin);
+        part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns();
+    }
     void end_part(StepPart part) noexcept;
     /// A part was left out for want of time: the stored forecast of its cost decays, or it would be left out for ever.
     void leave_out(StepPart part) noexcept { parts_[static_cast<std::size_t>(part)].fade(); }
     [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
     /// A solve of an instrument, in the exact stage or outside of it: it tells what the next one will cost.
-    void begin_solve() noexcept { round_start_ns_ = clock_->now_ns(); }
+    void begin_solve() noexcept {
+        tell(ProbedPart::RodSolve, &StepProbe::begin);
+        round_start_ns_ = clock_->now_ns();
+    }
     void end_solve() noexcept;
     /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
     [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
@@ -104,6 +111,7 @@ public:
     /// A solve over so many places; small ones are charged by the rate of the others, since reading the clock would take as long.
     /// more   it does more than iterate, which is charged and says nothing of the rate
     void begin_rows(std::uint64_t places, bool more) noexcept {
+        tell(ProbedPart::Solver, &StepProbe::begin);
         rows_more_ = more;
         rows_timed_ = more || places >= kTimedPlaces;
         if (rows_timed_) rows_start_ns_ = clock_->now_ns();
@@ -152,6 +160,9 @@ public:
     [[nodiscard]] bool overrun() const noexcept { return limits_.mode == BudgetMode::Wall && elapsed_s() > limit_s(); }
     [[nodiscard]] const BudgetLimits& limits() const noexcept { return limits_; }
     [[nodiscard]] DecisionTape& tape() noexcept { return tape_; }
+    /// Is told of the parts of a step from now on; nullptr: nobody is. It must outlive its use.
+    void set_probe(StepProbe* probe) noexcept { probe_ = probe; }
+    [[nodiscard]] StepProbe* probe() const noexcept { return probe_; }
 
 private:
     [[nodiscard]] bool grants_nothing() const noexcept { return limits_.mode == BudgetMode::Work && limits_.work_units == 0; }
@@ -163,6 +174,10 @@ private:
     static constexpr double kListed = 2.0;
     [[nodiscard]] double margin_s() const noexcept { return limits_.mode == BudgetMode::Wall ? kMargin * limits_.wall_s : 0.0; }
     void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
+    void tell(ProbedPart part, void (StepProbe::*what)(ProbedPart)) noexcept {
+        if (probe_ != nullptr) (probe_->*what)(part);
+    }
+    void tell(StepPart part, void (StepProbe::*what)(ProbedPart)) noexcept;
     [[nodiscard]] double median_of_last() const noexcept;
     [[nodiscard]] double left_s() const noexcept;
     [[nodiscard]] double look_ahead_s() const noexcept { return part_took_s_[static_cast<std::size_t>(StepPart::LookAhead)]; }
@@ -175,6 +190,7 @@ private:
     [[nodiscard]] std::uint64_t share_of_left(double s_per_unit, std::uint64_t at_least, std::uint64_t smallest) const noexcept;
 
     const Clock* clock_;
+    StepProbe* probe_ = nullptr;
     BudgetLimits limits_;
     DecisionTape tape_;
     std::int64_t charged_ns_ = 0, charged_cpu_ns_ = 0;

@@ -38,6 +38,7 @@ struct RkWorkspace {
     std::vector<PartialForce> extra;             // [node_count] N, springs and external forces
     std::vector<TetSum> sums;                    // [chunks]
     std::span<double> relaxed;                   // of the state in hand
+    std::uint64_t evaluations = 0;               // of forces at all nodes, counted on; for whoever reports them
     unsigned threads = 1;                        // the bits are the same for any number
 };
 

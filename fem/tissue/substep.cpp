@@ -87,6 +87,7 @@ bool find_forces(const Substep& s, std::span<const NodeRecord> now) noexcept {
     TetJob forces = make_tet_job(s.model, kernel, s.w.threads);
     if (s.watch) forces.growth = s.watch->growth;
     const Extremes tets = run_tets(s.model.plan, forces, now, s.w.partial);
+    ++s.w.evaluations;
     if (s.watch && s.watch->trips(tets.high)) return false;
     if (!s.w.relaxed.empty()) add_relaxation_forces(s.model, now, s.w.relaxed, s.w.partial, s.w.threads);
     if (tets.low_place != kNoIndex) s.report.least_stage_ratio = std::min(s.report.least_stage_ratio, tets.low);

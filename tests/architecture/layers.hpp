@@ -83,6 +83,7 @@ inline constexpr std::array kFolders{
     Folder{"python/binding", 8, 0},
     Folder{"engine/cli", 9, 0},
     Folder{"bench", 9, 0},
+    Folder{"bench/whole_steps", 9, 1},
     Folder{"bench/program", 10, 0},
 };
 

@@ -327,6 +327,7 @@ void integrate_bodies(const SceneModel& model, const EffectSet& live, State& sta
     if (!live.elasticity) return;
     WorkBudget rows(0);
     const Stage stage{model, live, state, bodies, report, budget, rows};
+    for (TissueScratch& scratch : bodies.tissue) scratch.rk.evaluations = 0;
     make_rows(model, state, bodies.contact);
     if (!bodies.contact.rows.empty()) rows = budget.grant_rows();
     begin_islands(stage);
@@ -336,6 +337,8 @@ void integrate_bodies(const SceneModel& model, const EffectSet& live, State& sta
     while (join_what_met(stage)) integrate_islands(stage);
     if (!bodies.contact.rows.empty()) budget.settle_rows(rows);
     report_contact(state, report);
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (stage.is_tissue(i)) report.tet_evaluations += bodies.tissue[i].rk.evaluations * model.bodies[i].tissue->tet_count();
     for (std::size_t i = 0; i < model.bodies.size() && report.finite; ++i)
         if (stage.is_tissue(i)) report_body(model, model.bodies[i], bodies.tissue[i].advanced, report);
 }
