@@ -344,9 +344,9 @@ std::vector<Headline> of_growth(Rows rows) {
     for (const BenchRow& row : rows) {
         const auto exponent = row_number(row, "exponent"), bytes = row_number(row, "bytes_per_element");
         if (!exponent) continue;
-        lines.push_back({fmt::format("{}, {:.0f} to {:.0f}: exponent of a step's time; memory of a {}", row_text(row, "curve"), row_number(row, "smallest").value_or(0.0),
+        lines.push_back({fmt::format("{}, {:.0f} to {:.0f}: exponent of a step's time; memory per {}", row_text(row, "curve"), row_number(row, "smallest").value_or(0.0),
                                      row_number(row, "elements").value_or(0.0), row_text(row, "element")),
-                         fmt::format("{:.2f}{}", *exponent, bytes ? fmt::format("; {:.3g} kB", 1e-3 * *bytes) : ""),
+                         fmt::format("{:.2f}{}", *exponent, bytes ? fmt::format("; {:.4g} kB", 1e-3 * *bytes) : ""),
                          fmt::format("wanted: at most {:g}, {}", row_number(row, "wanted").value_or(0.0), is(row, "met", true) ? "met" : "missed"),
                          {},
                          is(row, "met", true) ? std::string()
