@@ -75,6 +75,7 @@ private:
     }
     static void end(const CoaxialRod& rod, RodTwist& twist) noexcept {
         if (rod.state.angle.empty()) return;
+        twist.find_writhe();
         twist.assemble();
         twist.solve_rows();
         twist.end();

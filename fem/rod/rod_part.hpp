@@ -117,7 +117,7 @@ public:
     void assemble() noexcept override {
         Base::curls_ = kTwists;
         Base::assemble(band_.emplace(work_.band, moving()));
-        if constexpr (!kTwists) return;
+        if (!Base::curled_) return;
         band_->solve(std::span(work_.residual).first(size()));
         Base::curls_ = band_->is_definite();
         Base::forget_balance(); // it is told once

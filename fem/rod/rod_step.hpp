@@ -16,6 +16,8 @@ namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
 inline constexpr unsigned kMaxNewton = 48;
+/// rad a segment of bend that a torque is as strong as; below it what add_curl adds is not worth its time.
+inline constexpr double kWound = 0.05;
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
 /// m; the same where RodDrive::rough says so, whatever the forces still change.
@@ -73,7 +75,7 @@ public:
             curls_ = kTwists;
             assemble(band);
             solve_band(band, report);
-            if (curls_ && !band.is_definite()) { // where it stands it would buckle: without what lets it the correction goes downhill
+            if (curls_ && curled_ && !band.is_definite()) { // where it stands it would buckle: without what lets it the correction goes downhill
                 curls_ = false;
                 Band held(work_.band, moving());
                 assemble(held);
@@ -292,6 +294,7 @@ protected:
     /// true one, of which a node's neighbours have a share. Then the angles' own rows.
     void add_twist(Band& band) noexcept {
         twist_->find_writhe();
+        curled_ = false;
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
             const std::array<Vec3, 3> weight = twist_->gradient(i);
             const double torque = twist_->torque_at(i), k = twist_->stiffness_at(i);
@@ -299,7 +302,7 @@ protected:
                 push(i - 1 + a, -torque * weight[a]);
                 for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, Mat3(k * weight[a] * weight[b].transpose()));
             }
-            if (curls_) add_curl(band, i, torque);
+            if (curls_ && std::abs(torque) > kWound * model_.bend_stiffness[i] * model_.segment * model_.segment) add_curl(band, i, torque);
         }
         twist_->assemble();
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
@@ -311,6 +314,7 @@ protected:
     }
     /// How the gradient at node i changes as its segments turn, under a torque: what lets a wound rod buckle.
     void add_curl(Band& band, std::size_t i, double torque) noexcept {
+        curled_ = true;
         const TwistCurl curl = twist_->curl(i);
         const Mat3 before = torque * curl.before, after = torque * curl.after, across = torque * curl.across;
         stiffen(band, i - 1, i - 1, before);
@@ -411,6 +415,7 @@ protected:
 
     void assemble_turns() noexcept {
         contact_.evaluate();
+        twist_->find_writhe();
         twist_->assemble();
         for (const Index k : contact_.awake()) {
             if (!contact_.press(k).pushes) continue;
@@ -507,7 +512,7 @@ protected:
     RodTwist* twist_; // nullptr: no torsion
     RodContact contact_, self_; // with walls, with itself
     Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(), clamped_ = Vec3::Zero(); // N, on what does not move; see RodReport
-    bool curls_ = false; // the band has what add_curl adds
+    bool curls_ = false, curled_ = false; // the band may have what add_curl adds, has it
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };
 

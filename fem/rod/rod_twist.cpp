@@ -13,7 +13,12 @@ namespace {
 
 /// Area on the unit sphere, by its sign counterclockwise (Van Oosterom & Strackee 1983).
 double triangle_area(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
-    const double cosine = 1.0 + a.dot(b) + b.dot(c) + c.dot(a), sine = a.dot(b.cross(c)), length = std::sqrt(cosine * cosine + sine * sine);
+    const double cosine = 1.0 + a.dot(b) + b.dot(c) + c.dot(a), sine = a.dot(b.cross(c));
+    if (std::abs(sine) < 1e-2 * cosine) { // nearly all: half of it by the series of the arc tangent, to 1e-17
+        const double t = sine / cosine, sq = t * t;
+        return 2.0 * t * (1.0 - sq * (1.0 / 3.0 - sq * (1.0 / 5.0 - sq * (1.0 / 7.0))));
+    }
+    const double length = std::sqrt(cosine * cosine + sine * sine);
     return length > 0.0 ? 2.0 * find_angle(cosine / length, sine / length) : 0.0;
 }
 /// rad; an axis that is transported round a, b, c, d and back has turned by it.
@@ -62,21 +67,6 @@ double RodTwist::torque_at(std::size_t i) const noexcept { return i < first_ ? t
 
 double RodTwist::stiffness_at(std::size_t i) const noexcept { return i < first_ ? stiffness(i) : 0.5 * (stiffness(i - 1) + stiffness(i)); }
 
-void RodTwist::find_gradient() noexcept {
-    const std::size_t last = model_.node_count() - 1;
-    for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i < last; ++i) {
-        work_.binormal[i].setZero();
-        work_.before[i] = work_.after[i] = 0.0;
-        const Vec3 before = state_.position[i] - state_.position[i - 1], after = state_.position[i + 1] - state_.position[i];
-        const double a = std::sqrt(before.squaredNorm()), b = std::sqrt(after.squaredNorm());
-        const double room = a * b + before.dot(after); // 0 where it folds back on itself
-        if (!(room > 1e-3 * a * b)) continue;
-        work_.binormal[i] = before.cross(after) / room;
-        work_.before[i] = 1.0 / a;
-        work_.after[i] = 1.0 / b;
-    }
-}
-
 std::array<Vec3, 3> RodTwist::gradient(std::size_t i) const noexcept {
     const Vec3 before = work_.before[i] * work_.binormal[i], after = work_.after[i] * work_.binormal[i];
     return {-before, before - after, after};
@@ -94,13 +84,22 @@ TwistCurl RodTwist::curl(std::size_t i) const noexcept {
 }
 
 void RodTwist::find_writhe() noexcept {
-    find_gradient();
     const std::size_t first = std::max<std::size_t>(first_, 2) - 1;
-    Vec3 last = rod_edge(state_.position, first - 1, work_.edge[first - 1]);
+    Vec3 last = state_.position[first] - state_.position[first - 1];
+    double per_last = 1.0 / std::sqrt(last.squaredNorm());
+    last *= per_last;
     for (std::size_t i = first; i + 1 < model_.node_count(); ++i) {
-        const Vec3 edge = rod_edge(state_.position, i, work_.edge[i]);
-        work_.writhe[i] = -swept_area(work_.edge[i - 1], last, edge, work_.edge[i]);
+        Vec3 edge = state_.position[i + 1] - state_.position[i];
+        const double per_length = 1.0 / std::sqrt(edge.squaredNorm());
+        edge *= per_length;
+        const double room = 1.0 + last.dot(edge); // 0 where it folds back on itself
+        const bool bends = room > 1e-3;           // not where a segment has no length, either
+        work_.binormal[i] = bends ? Vec3(last.cross(edge) / room) : Vec3(Vec3::Zero());
+        work_.before[i] = bends ? per_last : 0.0;
+        work_.after[i] = bends ? per_length : 0.0;
+        work_.writhe[i] = bends ? -swept_area(work_.edge[i - 1], last, edge, work_.edge[i]) : 0.0;
         last = edge;
+        per_last = per_length;
     }
 }
 
@@ -147,7 +146,6 @@ void RodTwist::assemble_row(std::size_t i) noexcept {
 }
 
 void RodTwist::assemble() noexcept {
-    find_writhe();
     for (std::size_t i = first_; i < model_.node_count(); ++i) assemble_row(i);
     work_.turn.back() += drive_.tip_torque;
     hold_tip();

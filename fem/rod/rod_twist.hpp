@@ -6,7 +6,7 @@
 // Deviations: angles sit at the nodes, where the rest curvature acts, not on the segments; positions and angles alternate,
 // each least in energy for the other. In a sub-step the frames are parallel-transported in time: bending has twisted the rod at a node by
 // the area that its two segments' directions sweep on the sphere, and the gradient is that where the rod is. Then the angles are counted
-// from frames transported along the rod again. The second derivatives are left out where the rod would buckle: see RodStep::solve.
+// from frames transported along the rod again. The second derivatives are left out where the rod would buckle, and where the torque is small.
 #pragma once
 
 #include "fem/rod/rod_model.hpp"
@@ -32,7 +32,7 @@ public:
     /// Frames of the sub-step, gradient of the twist, first guess of the angles; keeps where the nodes start.
     void begin() noexcept;
 
-    /// Accumulates how far bending has twisted the rod in this sub-step, at the current positions.
+    /// How far bending has twisted the rod in this sub-step, and its gradient, at the current positions.
     void find_writhe() noexcept;
 
     /// How bending node i twists the rod: gradient for nodes i - 1, i, i + 1, 1/m.
@@ -43,7 +43,7 @@ public:
     [[nodiscard]] double torque_at(std::size_t i) const noexcept;
     [[nodiscard]] double stiffness_at(std::size_t i) const noexcept;
 
-    /// Rows of the angles' Newton iteration where the rod is now, without contact: work.turn N m, work.diagonal and work.beside N m/rad.
+    /// Rows of the angles' Newton iteration, after find_writhe, without contact: work.turn N m, work.diagonal and work.beside N m/rad.
     void assemble() noexcept;
     /// The tip's angle is the clamp's, whatever its row says: call it where something has been added to the rows.
     void hold_tip() noexcept;
@@ -69,7 +69,6 @@ private:
     [[nodiscard]] double bent(std::size_t i) const noexcept;
     void carry_frames() noexcept;
     void turn_rest_bend(std::size_t i) noexcept;
-    void find_gradient() noexcept;
     void recount_angles() noexcept;
     void assemble_row(std::size_t i) noexcept;
 

@@ -11,6 +11,8 @@
 #include "engine/step/simulator.hpp"
 
 #include <gtest/gtest.h>
+
+#include <filesystem>
 #include <linux/perf_event.h>
 
 #include <algorithm>
@@ -34,6 +36,7 @@ const Bench& bench_named(std::string_view name) {
 }
 
 BenchTable measure_quick(std::string_view name) {
+    std::filesystem::current_path(TROCAR_SOURCE_DIR); // the shipped scenes are found from there
     auto table = bench_named(name).run(BenchOptions{.quick = true});
     EXPECT_TRUE(table.ok()) << (table.ok() ? "" : table.error().to_string());
     return table.ok() ? std::move(*table) : BenchTable{};
