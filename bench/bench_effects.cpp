@@ -1,4 +1,5 @@
 // Simulate only what a scene calls for: the time that leaving out each effect saves.
+#include "bench/bench_scene.hpp"
 #include "bench/tables.hpp"
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/prepare/prepare_scene.hpp"
@@ -19,16 +20,15 @@ Result<BenchTable> bench_effects(const BenchOptions& options) {
     if (!options.scene.empty()) files = {options.scene};
     if (options.quick && options.scene.empty()) files.erase(files.begin());
     for (const std::filesystem::path& file : files) {
-        const Result<Scene> scene = read_scene(file);
-        if (!scene.ok()) return scene.error();
-        const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
-        if (!prepared.ok()) return prepared.error();
-        note_scene(table, *scene, prepared->model);
-        const std::uint64_t steps = std::min(options.quick ? kQuickSteps : kSteps, prepared->model.step_count);
+        const auto ready = prepare_for_bench(file, options, table);
+        if (!ready.ok()) return ready.error();
+        const Scene& scene = ready->scene;
+        const SceneModel& model = ready->prepared.model;
+        const std::uint64_t steps = std::min(options.quick ? kQuickSteps : kSteps, model.step_count);
         const auto costs =
-            measure_effects(prepared->model, steps, [&](const std::string& what) { options.progress(scene->name + " " + what); });
+            measure_effects(model, steps, [&](const std::string& what) { options.progress(scene.name + " " + what); });
         for (const EffectCost& cost : costs)
-            table.rows.push_back({{"scene", scene->name},
+            table.rows.push_back({{"scene", scene.name},
                                   {"effect", cost.effect->name},
                                   {"steps", steps},
                                   {"with_ms_p50", cost.with_ms},

@@ -1,4 +1,5 @@
 // What accuracy costs in time: shipped scenes under budgets from nothing to no limit, each against its exact run.
+#include "bench/bench_scene.hpp"
 #include "bench/tables.hpp"
 #include "engine/experiments/cost_run.hpp"
 #include "engine/prepare/prepare_scene.hpp"
@@ -81,24 +82,23 @@ Result<BenchTable> bench_price(const BenchOptions& options) {
     if (!options.scene.empty()) files = {options.scene};
     if (options.quick && options.scene.empty()) files = {"assets/scenes/falling_sphere.json"};
     for (const std::filesystem::path& file : files) {
-        const Result<Scene> scene = read_scene(file);
-        if (!scene.ok()) return scene.error();
-        const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
-        if (!prepared.ok()) return prepared.error();
-        note_scene(table, *scene, prepared->model);
+        const auto ready = prepare_for_bench(file, options, table);
+        if (!ready.ok()) return ready.error();
+        const Scene& scene = ready->scene;
+        const SceneModel& model = ready->prepared.model;
         CostOptions cost;
         for (const char* budget : options.quick ? std::span<const char* const>(kQuickBudgets) : std::span<const char* const>(kBudgets))
             cost.budgets.push_back({budget, parse_budget(budget)->limits});
-        const auto stretch = choose_stretch(prepared->model, scene->cost.from, std::nullopt, options.quick ? kQuickSteps : kSteps);
+        const auto stretch = choose_stretch(model, scene.cost.from, std::nullopt, options.quick ? kQuickSteps : kSteps);
         if (!stretch.ok()) return stretch.error();
         cost.from = stretch->from, cost.steps = stretch->steps;
-        cost.progress = [&](const std::string& what) { options.progress(scene->name + ": " + what); };
-        const auto measured = measure_cost(*prepared, scene->cost, cost);
+        cost.progress = [&](const std::string& what) { options.progress(scene.name + ": " + what); };
+        const auto measured = measure_cost(ready->prepared, scene.cost, cost);
         if (!measured.ok()) return measured.error();
         const double exact_ms = measured->rows.back().charged_ms.p50;
-        for (const CostRow& row : measured->rows) table.rows.push_back(row_of(scene->name, row, exact_ms));
-        if (measured->from > 0) table.notes.push_back(fmt::format("{}: compared{}", scene->name, start_text(*measured, prepared->model.step_s)));
-        for (const std::string& notice : measured->notices) table.notes.push_back(scene->name + ": " + notice);
+        for (const CostRow& row : measured->rows) table.rows.push_back(row_of(scene.name, row, exact_ms));
+        if (measured->from > 0) table.notes.push_back(fmt::format("{}: compared{}", scene.name, start_text(*measured, model.step_s)));
+        for (const std::string& notice : measured->notices) table.notes.push_back(scene.name + ": " + notice);
     }
     sketch_frontiers(table);
     table.notes.push_back("charged: what the budget for collision took of a step, finding, solving and holding of contact included; missed, false, "

@@ -2,6 +2,7 @@
 #include "bench/whole_steps/part_meter.hpp"
 #include "bench/whole_steps/roofline.hpp"
 #include "bench/whole_steps/step_work.hpp"
+#include "bench/bench_scene.hpp"
 #include "bench/tables.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/report/statistics.hpp"
@@ -170,16 +171,15 @@ Result<BenchTable> bench_step(const BenchOptions& options) {
     const Roofline roofline = measure_roofline(options.quick);
     const PerfCounters counters(hardware_events());
     for (const std::filesystem::path& file : files) {
-        const Result<Scene> scene = read_scene(file);
-        if (!scene.ok()) return scene.error();
-        const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
-        if (!prepared.ok()) return prepared.error();
-        note_scene(table, *scene, prepared->model);
-        const std::size_t steps = options.quick ? kWarmSteps + kQuickSteps : prepared->model.step_count;
-        options.progress(fmt::format("{}: at most {} steps", scene->name, steps));
+        const auto ready = prepare_for_bench(file, options, table);
+        if (!ready.ok()) return ready.error();
+        const Scene& scene = ready->scene;
+        const SceneModel& model = ready->prepared.model;
+        const std::size_t steps = options.quick ? kWarmSteps + kQuickSteps : model.step_count;
+        options.progress(fmt::format("{}: at most {} steps", scene.name, steps));
         PartMeter meter(counters, steps);
-        const StepRun run = take_steps(prepared->model, meter, steps);
-        add_scene(table, scene->name, run, meter, roofline, counters.counts());
+        const StepRun run = take_steps(model, meter, steps);
+        add_scene(table, scene.name, run, meter, roofline, counters.counts());
     }
     add_roofline(table, roofline);
     add_notes(table, counters);

@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kLumen = 0.004, kLumenLength = 0.24; // m
 constexpr double kStraight = 0.05, kSway = 0.006, kWave = 0.12; // m, of the lumen: a way in, then bends of 60 mm
-
 constexpr double kCoil = 1.0, kPitch = 0.05;                    // m, of a long lumen: turns that fit into what a scene may measure
 
 /// m, aside, two waves long
@@ -51,7 +50,7 @@ std::string lumen_text(const std::string& name, double radius, double aside) {
     return fmt::format(R"("{}": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 24}}}})", name, axis);
 }
 
-/// Whole numbers whose product is about this, none more than one apart.
+/// Three whole numbers, as equal as they can be, whose product is near this.
 std::array<Index, 3> near_cube(double product) noexcept {
     const auto a = static_cast<Index>(std::max(1.0, std::round(std::cbrt(product))));
     const auto b = static_cast<Index>(std::max(1.0, std::round(std::sqrt(product / a))));

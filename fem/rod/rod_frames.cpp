@@ -40,7 +40,7 @@ Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept
 
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
     if (!state.angle.empty()) {
-        carry_along(state.position, port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& m) {
+        carry_along(state.position, port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& m, const Vec3&) {
             const SinCos here = sin_cos(state.angle[i]);
             axis[i] = here.cos * m + here.sin * tangent.cross(m);
         });

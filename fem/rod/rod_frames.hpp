@@ -27,15 +27,16 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
 [[nodiscard]] Vec3 perpendicular_axis(const Vec3& direction) noexcept;
 
 /// The port's reference axis carried along the rod without twist, over its nodes and the segments between them: what it has turned by at a
-/// node is what bending has twisted the segments by. Calls at(node, tangent, axis).
+/// node is what bending has twisted the segments by. Calls at(node, tangent, axis, edge); edge:
+/// the direction of the segment after the node, of the last one its tangent.
 template <class At>
 void carry_along(std::span<const Vec3> position, const Vec3& direction, At&& at) noexcept {
     Vec3 axis = perpendicular_axis(direction), last = direction;
     for (std::size_t i = 0; i < position.size(); ++i) {
         const Vec3 tangent = rod_tangent(position, i, direction);
         axis = transport_axis(axis, last, tangent);
-        at(i, tangent, axis);
         last = i + 1 < position.size() ? rod_edge(position, i, tangent) : tangent;
+        at(i, tangent, axis, last);
         axis = transport_axis(axis, tangent, last);
     }
 }

@@ -43,10 +43,10 @@ double RodTwist::stiffness(std::size_t i) const noexcept {
 }
 
 void RodTwist::carry_frames() noexcept {
-    carry_along(state_.position, drive_.port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& axis) {
+    carry_along(state_.position, drive_.port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& axis, const Vec3& edge) {
         work_.tangent[i] = tangent;
         work_.axis[i] = axis;
-        work_.edge[i] = i + 1 < model_.node_count() ? rod_edge(state_.position, i, tangent) : tangent;
+        work_.edge[i] = edge;
     });
 }
 
