@@ -74,6 +74,14 @@ void press_and_swell(std::vector<LiteratureRow>& rows, bool quick) {
     rows.back().stated = 8.0;
     fill_ratios(rows, "hollow sphere under pressure, radii 1 and 2", "bore's widening over Lame's", "Lame 1852", {0.3, 0.49, 0.4999}, sizes,
                 fem::hollow_sphere_ratio);
+    const std::vector<double> edges = quick ? std::vector<double>{24, 48} : std::vector<double>{16, 24, 48, 64};
+    for (const double nu : {0.3, 0.45, 0.49}) {
+        LiteratureRow wall = tissue_row("vessel's wall, a tenth of its radius thick, one layer, under pressure", fmt::format("sphere's widening over Lame's, nu {:g}", nu),
+                                        "Lame 1852", 1.0, edges);
+        wall.size_name = "triangles' edges around";
+        wall.stated = 48.0;
+        fill(rows, std::move(wall), [nu](Index around) { return fem::shell_ratio(around, 1, nu); });
+    }
     fill_ratios(rows, "artery's ring under pressure, radii 1 and 1.4", "bore's widening over Lame's", "Lame 1852, plane stress", {0.3, 0.49}, sizes,
                 fem::ring_ratio);
 }

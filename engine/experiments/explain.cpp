@@ -85,7 +85,7 @@ void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string&
         tell_regions(scene, b, text);
         if (b.links > 0)
             text += fmt::format("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
-                       model.host_body ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,
+                       model.host_body && *model.host_body != i ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,
                        b.degenerate_links, 1e3 * b.longest_link_m);
         for (const std::string& note : b.notes) text += fmt::format("  {:<15} {}\n", "", note);
     }

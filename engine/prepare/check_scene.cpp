@@ -188,6 +188,8 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
         if (body.coarse.file.empty()) check.keys<MeshedCoarseKeys>(key + ".coarse", body.coarse);
         if (body.coarse.file.empty() && !body.coarse.regions.empty())
             check.fail(key + ".coarse.regions", "found regions of a mesh that is made, expected a file whose cells belong to them");
+        if (body.coarse.file.empty() && body.hollow != (body.coarse.mesher == CoarseMesher::Wall))
+            check.fail(key + ".coarse", "expected a wall around the surface of a hollow body, and of no other");
         for (const TissueRegion& region : body.coarse.regions) check.keys<TissueRegionKeys>(key + ".coarse.regions." + region.name, region);
         for (const HeldRegion& held : body.fixed) check_held(key + ".fixed", held, check);
         for (const LoadSpec& load : body.loads) check_load(key + ".loads", load, check);

@@ -1,5 +1,6 @@
 #include "engine/prepare/node_sets.hpp"
 #include "engine/prepare/prepare_body.hpp"
+#include "base/simplify.hpp"
 #include "base/topology.hpp"
 #include "engine/prepare/pulse.hpp"
 
@@ -12,6 +13,7 @@
 #include "engine/scene/scene_size.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
+#include "fem/mesh/wall_mesh.hpp"
 #include "fem/tissue/stable_step.hpp"
 
 #include <fmt/format.h>
@@ -91,6 +93,31 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
     return std::move(lattice->tets);
 }
 
+/// Around the lumen's surface, simplified where it has more triangles than asked for.
+Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
+    TriMesh simple;
+    if (surface.triangles.size() > body.coarse.surface_triangles) {
+        Result<TriMesh> made = simplify(surface, body.coarse.surface_triangles);
+        if (!made.ok()) return made.error();
+        simple = std::move(*made);
+    }
+    const TriMesh& inner = simple.triangles.empty() ? surface : simple;
+    Result<fem::WallMesh> wall = fem::make_wall_mesh(inner, {.thickness = body.coarse.thickness, .layers = body.coarse.layers});
+    if (!wall.ok()) return wall.error();
+    const Vec3& at = inner.vertices[wall->thinnest];
+    const std::string place = fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+    if (wall->folds)
+        return Error{ErrorCode::BadMesh, fmt::format("a wall of {:.3g} mm folds over at {}, even where {:.0f} % of it is left: expected a surface that is smoother "
+                                                     "there, or a thinner wall",
+                                                     1e3 * body.coarse.thickness, place, 100.0 * wall->least_share)};
+    remarks.notes.push_back(fmt::format("a wall of {:.3g} mm in {} layer{} around {} triangles", 1e3 * body.coarse.thickness, body.coarse.layers,
+                                        body.coarse.layers == 1 ? "" : "s", inner.triangles.size()));
+    if (wall->thinned > 0)
+        remarks.notes.push_back(fmt::format("thinner at {} of its {} places, where it would fold over: {:.2g} of its thickness at {}", wall->thinned,
+                                            inner.vertices.size(), wall->least_share, place));
+    return std::move(wall->tets);
+}
+
 /// A viscosity that would set the step is lowered to what costs a tenth of it; asked for by name, it stays.
 void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& tissue, fem::StableStep& stable,
                    fem::StableStepWorkspace& workspace, std::vector<std::string>& notes) {
@@ -108,7 +135,8 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
 
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, BesideTets& beside, const Remarks& remarks) {
-    if (body.coarse.file.empty() && body.coarse.lattice) return make_lattice(body, surface, remarks);
+    if (body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Lattice) return make_lattice(body, surface, remarks);
+    if (body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall) return make_wall(body, surface, remarks);
     if (body.coarse.file.empty()) {
         CoarseOptions options;
         options.surface_triangles = body.coarse.surface_triangles;
@@ -137,6 +165,8 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
 
 fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     fem::Material material = body.material;
+    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
+    if (is_wall && material.elements == fem::TetElements::Automatic) material.elements = fem::TetElements::Patched; // a wall bends, whatever its law
     if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
     return material;
 }
@@ -204,7 +234,7 @@ private:
 
 /// TetGen would run until its time or memory ends: a mesh of tetrahedra no larger than that has at least so many.
 Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const TriMesh& surface, const SceneAllowance& allowance) {
-    if (!body.coarse.file.empty() || body.coarse.lattice || !(body.coarse.max_volume > 0.0)) return {};
+    if (!body.coarse.file.empty() || body.coarse.mesher != CoarseMesher::TetGen || !(body.coarse.max_volume > 0.0)) return {};
     const double volume = std::abs(signed_volume(surface)), count = volume / body.coarse.max_volume;
     if (!(count > static_cast<double>(allowance.tets))) return {};
     return scene_error(
@@ -248,7 +278,8 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                            body.coarse.file.empty() ? tissue.error().message
                                                     : fmt::format("{}: {}", body.coarse.file.string(), tissue.error().message),
                            tissue.error().code);
-    Result<fem::RigidLinks> links = fem::make_surface_links(*mesh, model.surface);
+    constexpr double kAnywhere = 1e3; // m: no part of a vessel's surface rests where its wall moves
+    Result<fem::RigidLinks> links = spec.hollow ? fem::make_embedded_links(*mesh, model.surface.vertices, kAnywhere) : fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     if (!body.coarse.file.empty())
         if (const std::string misfit = find_misfit(*mesh, model.surface, links->max_length); !misfit.empty())
@@ -311,7 +342,7 @@ void note_corners(const Scene& scene, const SceneBody& body, const BodyModel& mo
             farthest = std::max(farthest, (model.surface.vertices[v] - on_mesh).norm());
         }
     if (!(farthest > scene.contact.margin)) return;
-    const char* remedy = !body.coarse.file.empty() ? "a mesh that reaches them" : body.coarse.lattice ? "\"mesher\": \"tetgen\"" : "more \"surface_triangles\"";
+    const char* remedy = !body.coarse.file.empty() ? "a mesh that reaches them" : body.coarse.mesher == CoarseMesher::Lattice ? "\"mesher\": \"tetgen\"" : "more \"surface_triangles\"";
     summary.notes.push_back(fmt::format("{} sharp edges, with corners up to {:.3g} mm off the coarse mesh: struck, these may sink in by as much; what helps: {}",
                                         model.sharp_edges.size(), 1e3 * farthest, remedy));
 }
@@ -340,6 +371,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     if (model.motion == Motion::Deformable) {
         const Result<void> done = prepare_tissue(scene, body, allowance, prepared.model.bodies, model, coarse.meshes.back(), summary, prepared.notices);
         if (!done.ok()) return done;
+        if (model.hollow) model.host_body = prepared.model.bodies.size(); // itself: what presses on its surface presses on its wall
     }
     model.topology = collision::make_topology(model.surface.triangles, model.surface.vertices.size());
     if (model.hollow) {

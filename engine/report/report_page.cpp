@@ -210,7 +210,8 @@ std::string body_role(const SceneModel& model, const BodyModel& body) {
                                                           : "static";
     if (body.is_free_space) return role + ", the free space around solids";
     if (body.hollow) role += ", hollow";
-    if (body.host_body) role += ", embedded in " + model.bodies[*body.host_body].name;
+    if (body.hollow && body.tissue) role += ", with a wall of its own";
+    else if (body.host_body) role += ", embedded in " + model.bodies[*body.host_body].name;
     return role;
 }
 

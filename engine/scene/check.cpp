@@ -102,11 +102,14 @@ private:
     }
 
     std::optional<Error> missing_key(const JsonNode& node, const ObjectSpec& spec, const std::string& path) const {
-        const JsonNode* member = spec.discriminator.empty() ? nullptr : node.find(spec.discriminator);
+        std::string_view chosen;
+        if (!spec.discriminator.empty()) {
+            const JsonNode* member = node.find(spec.discriminator);
+            chosen = member != nullptr ? member->text : std::get<std::string_view>(spec.find(spec.discriminator)->otherwise); // see unused_key
+        }
         for (const FieldSpec& field : spec.fields) {
             if (!field.is_required || node.find(field.key) != nullptr) continue;
-            const bool used = field.used_when.empty() || member == nullptr ||
-                              std::find(field.used_when.begin(), field.used_when.end(), member->text) != field.used_when.end();
+            const bool used = field.used_when.empty() || std::find(field.used_when.begin(), field.used_when.end(), chosen) != field.used_when.end();
             if (used) return missing(node, field, path);
         }
         return std::nullopt;

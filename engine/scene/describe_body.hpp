@@ -235,12 +235,16 @@ struct MeshedCoarseKeys {
     using Struct = CoarseSpec;
     static auto of(auto& s) {
         return described(
-            {"meshed coarse", "Tetrahedra made by a mesher from the simplified surface.", "mesher"},
-            key(s.lattice, choice_field<bool>("mesher", {{"lattice", true}, {"tetgen", false}},
-                                              "A lattice allows far longer sub-steps; TetGen, run as a program of its own, follows the "
-                                              "surface.")),
+            {"meshed coarse", "Tetrahedra made by a mesher from the simplified surface.", "mesher", "mesher"},
+            key(s.mesher, choice_field<CoarseMesher>("mesher",
+                                                     {{"lattice", CoarseMesher::Lattice}, {"tetgen", CoarseMesher::TetGen}, {"wall", CoarseMesher::Wall}},
+                                                     "A lattice allows far longer sub-steps; TetGen, run as a program of its own, follows the "
+                                                     "surface; a wall is laid around the surface of a hollow body, the lumen's.")),
             key(s.surface_triangles,
                 count_field("surface_triangles", 20, 1e6, "Of the simplified surface; of a lattice's boundary, about.")),
+            key(s.thickness, number_field("thickness", Dimension::Length, above(0.0, 0.1), "Of a wall, outwards from the surface.").required().when({"wall"})),
+            key(s.layers, count_field("layers", 1, 16, "Of a wall, through its thickness; docs/tissue.md says what they cost and how they bend.")
+                              .when({"wall"})),
             key(s.max_volume, number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
                                            "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")),
             key(s.may_drop, number_field("may_drop", Dimension::None, between(0.0, 1.0),

@@ -198,6 +198,16 @@ std::optional<Error> read_box(const Reading& reading, Box3& box) {
 
 std::optional<Error> read_motion(const Reading& reading, std::vector<KeyFrame>& motion) { return read_frames(reading, "motion", motion); }
 
+/// Tissue around a lumen, not in it; and a wall only around a lumen.
+std::optional<Error> check_wall(const Reading& reading, const SceneBody& body) {
+    if (body.kind != BodyKind::Deformable || !body.coarse.file.empty() || body.hollow == (body.coarse.mesher == CoarseMesher::Wall)) return std::nullopt;
+    if (!body.hollow)
+        return fail_at(reading.context, reading.values, "coarse", "found a wall around a body that is not hollow; expected \"hollow\": true beside it, or another mesher");
+    return fail_at(reading.context, reading.values, reading.values.has("coarse") ? "coarse" : "hollow",
+                   "the surface is a lumen, which this mesher would fill with tissue; expected \"coarse\": {\"mesher\": \"wall\", \"thickness\": ...}, a mesh of "
+                   "its wall from a file, or \"kind\": \"static\", perhaps \"embedded_in\" the organ around it");
+}
+
 std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
     if (reading.values.has("material")) {
         const Values material = reading.values.object("material");
@@ -211,6 +221,7 @@ std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
         return fail_at(reading.context, reading.values, "spheres",
                        "found a sphere tree for a hollow body, whose spheres are those inscribed in its lumen; expected this left out, or \"hollow\" "
                        "left out");
+    if (auto error = check_wall(reading, body)) return error;
     if (!reading.values.has("blend") || reading.values.has("embedded_in")) return std::nullopt;
     return fail_at(reading.context, reading.values, "blend",
                    "unused key: the body is not embedded_in another; expected that added or this left out");

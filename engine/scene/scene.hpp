@@ -71,15 +71,20 @@ struct TissueRegion {
     double density = 0.0;          // kg/m^3; 0: the body's
 };
 
+/// How tetrahedra are made of a surface: a lattice, or TetGen's mesh, fills it; a wall lies around it, of a body that is hollow.
+enum class CoarseMesher : std::uint8_t { Lattice, TetGen, Wall };
+
 /// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's
 /// frame.
 struct CoarseSpec {
     std::filesystem::path file;          // empty: a mesher
-    bool lattice = true;                 // the lattice mesher, not TetGen
+    CoarseMesher mesher = CoarseMesher::Lattice;
+    double thickness = 0.0;              // m, of a wall
+    Index layers = 2;                    // of a wall, through its thickness
     double unit = 1.0;                   // m per unit of the file
     std::string region_array;            // of the file: integers by which its cells belong to regions; empty: the one that looks like it
     std::vector<TissueRegion> regions;   // labels that are not named have the body's material
-    std::size_t surface_triangles = 800; // TetGen: of the simplified surface; lattice: of its boundary, about
+    std::size_t surface_triangles = 800; // TetGen, wall: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
     double may_drop = kUsualRemoval;     // [-] share of its volume that may be left out as parts apart from the largest one
 };

@@ -3,6 +3,7 @@
 #include "base/trig.hpp"
 #include "fem/mesh/bar_mesh.hpp"
 #include "fem/mesh/mapped_mesh.hpp"
+#include "fem/mesh/wall_mesh.hpp"
 #include "fem/tissue/forces.hpp"
 #include "fem/tissue/integrate.hpp"
 #include "fem/tissue/statics.hpp"
@@ -124,6 +125,49 @@ double ring_ratio(Index cells, double poisson_ratio, TetElements elements) {
         for (const Index node : {id(0, j), id(0, j) + count}) widened += u[node].dot(flat.vertices[id(0, j)]) / (2.0 * around);
     const double b2 = kOuter * kOuter; // p a / (E (b^2 - a^2)) ((1 - nu) a^2 + (1 + nu) b^2)
     return widened / (((1.0 - poisson_ratio) + (1.0 + poisson_ratio) * b2) / (b2 - 1.0));
+}
+
+double shell_ratio(Index around, Index layers, double poisson_ratio) {
+    const TriMesh sphere = make_octasphere(around / 4);
+    const Result<WallMesh> wall = make_wall_mesh(sphere, {.thickness = 0.1, .layers = layers});
+    const TissueModel model = make_body(wall->tets, 1.0, poisson_ratio, TetElements::Patched);
+    const Field u = solve_small_strain(model, press_out(wall->tets, sphere));
+    double widened = 0.0;
+    for (std::size_t v = 0; v < sphere.vertices.size(); ++v) widened += u[v].dot(sphere.vertices[v]) / static_cast<double>(sphere.vertices.size());
+    const double b3 = 1.1 * 1.1 * 1.1;
+    return widened / (((1.0 - 2.0 * poisson_ratio) + (1.0 + poisson_ratio) * 0.5 * b3) / (b3 - 1.0));
+}
+
+double crushed_ring_ratio(Index around, Index layers, double poisson_ratio) {
+    constexpr double kThick = 0.1, kMiddle = 1.0;
+    constexpr Index kRings = 3;
+    const double width = 2.0 * kPi / around * (kRings - 1);
+    TriMesh pipe;
+    const double bore = kMiddle - 0.5 * kThick;
+    for (Index i = 0; i < kRings; ++i)
+        for (Index j = 0; j < around; ++j)
+            pipe.vertices.push_back(Vec3(bore * std::cos(2.0 * kPi * j / around), bore * std::sin(2.0 * kPi * j / around), width * i / (kRings - 1)));
+    const auto id = [around](Index i, Index j) { return i * around + j % around; };
+    for (Index i = 0; i + 1 < kRings; ++i)
+        for (Index j = 0; j < around; ++j) {
+            pipe.triangles.push_back({id(i, j), id(i, j + 1), id(i + 1, j + 1)});
+            pipe.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i + 1, j)});
+        }
+    const Result<WallMesh> wall = make_wall_mesh(pipe, {.thickness = kThick, .layers = layers});
+    const TissueModel model = make_body(wall->tets, 1.0, poisson_ratio, TetElements::Patched);
+    Field force(wall->tets.vertices.size(), Vec3::Zero());
+    const Index across = around / 2;
+    const auto count = static_cast<Index>(pipe.vertices.size());
+    for (Index i = 0; i < kRings; ++i) { // shared by all nodes through the thickness at two opposite places
+        const double share = (i == 0 || i + 1 == kRings ? 0.5 : 1.0) / (kRings - 1) / (layers + 1);
+        for (Index layer = 0; layer <= layers; ++layer) force[layer * count + id(i, 0)].x() -= share, force[layer * count + id(i, across)].x() += share;
+    }
+    const Field u = solve_small_strain(model, force);
+    double shorter = 0.0; // of the middle of the thickness
+    for (Index i = 0; i < kRings; ++i)
+        for (const Index layer : {0u, layers})
+            shorter += (u[layer * count + id(i, across)].x() - u[layer * count + id(i, 0)].x()) / (2.0 * kRings);
+    return shorter / ((0.25 * kPi - 2.0 / kPi) * 12.0 / (width * kThick * kThick * kThick));
 }
 
 double torsion_ratio(Index cells_across, double poisson_ratio, TetElements elements) {

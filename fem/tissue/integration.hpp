@@ -7,11 +7,19 @@
 
 namespace trocar::fem {
 
+/// A pressure on a triangle of nodes, against its normal, as it stands in every sub-step: held from the start of a longer step it would follow the body
+/// late, and drive light nodes to and fro.
+struct FacePressure {
+    Triangle nodes;
+    double pressure; // Pa
+};
+
 struct IntegrateInputs {
     Vec3 gravity = Vec3::Zero(); // m/s^2
     const ContactSprings* springs = nullptr;
     std::span<const Vec3> pinned_target = {};  // [pinned.size()] m, where the pinned nodes are at the end; empty: they stay
     std::span<const Vec3> external_force = {}; // [node_count] N, constant over the step; empty: none
+    std::span<const FacePressure> pressures = {};
 };
 
 struct IntegrateReport {

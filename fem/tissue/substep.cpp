@@ -15,15 +15,26 @@ void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
     w.sums.resize(plan.chunks.size());
 }
 
+void add_pressures(std::span<const FacePressure> pressures, const ForcePlan& plan, std::span<const NodeRecord> now, std::span<PartialForce> force) noexcept {
+    for (const FacePressure& face : pressures) {
+        const Index record[3] = {plan.record_of[face.nodes[0]], plan.record_of[face.nodes[1]], plan.record_of[face.nodes[2]]};
+        const Vec3 a(now[record[0]].x), b(now[record[1]].x), c(now[record[2]].x);
+        const Vec3 third = -face.pressure / 6.0 * (b - a).cross(c - a);
+        for (const Index node : record)
+            for (int axis = 0; axis < 3; ++axis) force[node].f[axis] += third[axis];
+    }
+}
+
 /// Springs and external forces at `now`, `since` the sub-step's start; null where there are none.
 const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept {
     const bool pushed = !s.inputs.external_force.empty(), warm_springs = s.inputs.springs && !s.inputs.springs->springs.empty();
-    if (!pushed && !warm_springs) return nullptr;
+    if (!pushed && !warm_springs && s.inputs.pressures.empty()) return nullptr;
     const ForcePlan& plan = s.model.plan;
     for (std::size_t record = 0; record < plan.node_count(); ++record) {
         const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
         s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
     }
+    add_pressures(s.inputs.pressures, plan, now, s.w.extra);
     if (warm_springs) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
     return s.w.extra.data();
 }

@@ -3,20 +3,16 @@
 #include "engine/effects/registry.hpp"
 #include "engine/prepare/scripted_motion.hpp"
 #include "engine/state/state.hpp"
+#include "fem/tissue/integration.hpp"
 #include "fem/tissue/springs.hpp"
 
 #include <fmt/format.h>
 
 namespace trocar::engine::effects {
 
-static void push_faces(const BodyLoad& load, double factor, const std::vector<Vec3>& position, std::vector<Vec3>& force) {
-    for (std::size_t f = 0; f < load.faces.size(); ++f) {
-        const Triangle& face = load.faces[f];
-        const Vec3 &a = position[face[0]], &b = position[face[1]], &c = position[face[2]];
-        const Vec3 whole =
-            load.kind == LoadKind::Pressure ? Vec3(-0.5 * load.number * (b - a).cross(c - a)) : Vec3(load.area[f] * load.vector);
-        for (const Index node : face) force[node] += factor / 3.0 * whole;
-    }
+static void push_faces(const BodyLoad& load, double factor, std::vector<Vec3>& force) {
+    for (std::size_t f = 0; f < load.faces.size(); ++f)
+        for (const Index node : load.faces[f]) force[node] += factor / 3.0 * Vec3(load.area[f] * load.vector);
 }
 
 /// A spring pushes one way only: two of them along every axis hold.
@@ -34,7 +30,7 @@ static void hold_nodes(const BodyLoad& load, double factor, const fem::TissueMod
             }
 }
 
-static void load_body(const EffectStep& step, std::size_t body, const State& state, TissueLoads& acting) {
+static void load_body(const EffectStep& step, std::size_t body, const State&, TissueLoads& acting) {
     const BodyModel& model = step.model.bodies[body];
     if (!step.live.loads || model.loads.empty()) return;
     step.counts.note(effects::loads);
@@ -45,8 +41,12 @@ static void load_body(const EffectStep& step, std::size_t body, const State& sta
             if (factor > 0.0) hold_nodes(load, factor, tissue, acting.springs);
             continue;
         }
+        if (load.kind == LoadKind::Pressure) {
+            for (const Triangle& face : load.faces) acting.pressures.push_back({face, factor * load.number});
+            continue;
+        }
         acting.force.resize(tissue.node_count(), Vec3::Zero());
-        push_faces(load, factor, state.bodies[body].tissue.position, acting.force);
+        push_faces(load, factor, acting.force);
         for (std::size_t k = 0; k < load.nodes.size(); ++k)
             acting.force[load.nodes[k]] +=
                 factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;

@@ -62,14 +62,16 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
 void find_loads(const EffectStep& step, std::size_t body, const State& state, TissueScratch& scratch, fem::IntegrateInputs& inputs) {
     scratch.pinned_target.clear();
     scratch.force.clear();
+    scratch.pressures.clear();
     scratch.springs.clear();
-    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force, .springs = scratch.springs};
+    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force, .pressures = scratch.pressures, .springs = scratch.springs};
     for (const EffectDescriptor* effect : registered_effects())
         if (effect->load_tissue != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->load_tissue(own, body, state, loads); });
     move_held_nodes(step.model.bodies[body], step.time_t1, scratch.pinned_target);
     inputs.gravity = loads.acceleration;
     inputs.pinned_target = scratch.pinned_target;
     inputs.external_force = scratch.force;
+    inputs.pressures = scratch.pressures;
 }
 
 void load_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {

@@ -1,0 +1,203 @@
+// Vessels with a wall of their own: what holds for any of them, and what a balloon and a pushed catheter do to them.
+#include "engine/io/write_mesh.hpp"
+#include "fem/tissue/forces.hpp"
+#include "step_fixture.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace trocar::engine {
+namespace {
+
+struct Wall {
+    double thickness = 1.0; // mm
+    int layers = 2, triangles = 1200;
+    double young_kpa = 100.0, nu = 0.45;
+    std::string more;        // further keys of the body
+    std::string surface = R"({"shape": "sphere", "radius": 10, "subdivisions": 3})";
+    std::string effects = R"("elasticity", "damping", "loads")";
+    double damping = 60.0;   // 1/s
+    std::string instruments; // with its comma
+    double step = 0.005;
+};
+
+std::string wall_scene(const Wall& w) {
+    return fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa", "angle": "deg"}},
+    "time": {{"step": {}, "duration": 100, "integrator": "leapfrog"}}, "budget": "exact",
+    "bodies": {{"vessel": {{"kind": "deformable", "hollow": true, "surface": {},
+        "material": {{"young_modulus": {}, "poisson_ratio": {}, "density": 1100, "mass_damping": {}}},
+        "coarse": {{"mesher": "wall", "thickness": {}, "layers": {}, "surface_triangles": {}}}{}}}}}{},
+    "effects": [{}]}})",
+                       w.step, w.surface, w.young_kpa, w.nu, w.damping, w.thickness, w.layers, w.triangles, w.more, w.instruments, w.effects);
+}
+
+/// Mean way outwards of the surface's vertices, of a vessel about the origin.
+double widening(Simulator& simulator, const SceneModel& model) {
+    double sum = 0.0;
+    const std::vector<Vec3>& rest = model.bodies[0].surface.vertices;
+    for (std::size_t v = 0; v < rest.size(); ++v) sum += simulator.state().bodies[0].surface[v].norm() - rest[v].norm();
+    return sum / static_cast<double>(rest.size());
+}
+
+std::vector<Triangle> boundary_surface_of(const PreparedScene& prepared) {
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    return boundary_surface(TetMesh{tissue.rest_position, tissue.tet_nodes}).triangles;
+}
+
+/// Of a tube along z.
+std::string tube(double radius, double length) {
+    return fmt::format(R"({{"shape": "vessels", "triangles": 4000, "branches": [[[0, 0, 0, {0}], [0, 0, {1}, {0}]]]}})", radius, length);
+}
+
+constexpr const char* kTubeHeld = R"(, "fixed": [{"direction": [0, 0, -1], "fraction": 0.06}, {"direction": [0, 0, 1], "fraction": 0.06}])";
+
+} // namespace
+
+TEST(VesselWall, WidensUnderBloodPressureAsLameSays) {
+    for (const double nu : {0.3, 0.45}) {
+        const double pressure = 0.2; // kPa, of 100: small strain
+        // On the bore alone: its nodes are near the lumen's surface.
+        const Wall wall{.nu = nu, .more = fmt::format(R"(, "loads": [{{"pressure": {}, "where": {{"near": {{"surface": "vessel", "distance": 0.2}}}}}}])", pressure)};
+        const PreparedScene prepared = test::prepare(wall_scene(wall));
+        Simulator simulator(prepared.model);
+        for (int k = 0; k < 100; ++k) ASSERT_TRUE(simulator.step().finite);
+        const double a3 = 1.0, b3 = std::pow(1.1, 3), found = widening(simulator, prepared.model);
+        const double lame = pressure / wall.young_kpa * 0.01 * ((1.0 - 2.0 * nu) * a3 + (1.0 + nu) * 0.5 * b3) / (b3 - a3);
+        EXPECT_NEAR(found / lame, 1.0, 0.05) << nu;
+    }
+}
+
+TEST(VesselWall, UnderAPressureKeepsItsEnergyAtAnyStep) {
+    // Undamped, from rest: what moves and what is strained is the pressure's work on the lumen. A pressure that followed the wall a step late would add more.
+    std::mt19937_64 engine(9);
+    for (const double step : {0.0005, 0.002, 0.01}) {
+        const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
+        const double kpa = between(0.5, 2.0);
+        const Wall wall{.layers = step > 0.005 ? 2 : 1, .triangles = 500, .nu = between(0.3, 0.46),
+                        .more = fmt::format(R"(, "spin": [3, 5, 4], "loads": [{{"pressure": {}, "where": {{"near": {{"surface": "vessel", "distance": 0.5}}}}}}])", kpa),
+                        .effects = R"("elasticity", "loads")", .step = step};
+        const PreparedScene prepared = test::prepare(wall_scene(wall));
+        const std::vector<Triangle>& bore = prepared.model.bodies[0].loads[0].faces;
+        const auto enclosed = [&](const std::vector<Vec3>& x) {
+            double six = 0.0;
+            for (const Triangle& t : bore) six += x[t[0]].dot(x[t[1]].cross(x[t[2]]));
+            return std::abs(six) / 6.0;
+        };
+        ASSERT_EQ(2 * bore.size(), boundary_surface_of(prepared).size()); // all of it
+        Simulator simulator(prepared.model);
+        const std::vector<Vec3>& x = simulator.state().bodies[0].tissue.position;
+        const double before = enclosed(x);
+        double most = 0.0, first = 0.0;
+        const int steps = static_cast<int>(0.12 / step);
+        for (int k = 0; k < steps; ++k) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite);
+            const double worked = 1e3 * kpa * (enclosed(x) - before), has = report.kinetic_j + report.elastic_j;
+            if (k == 0) first = has - worked; // of the spin
+            most = std::max(most, report.elastic_j);
+            ASSERT_NEAR(has - worked, first, 0.03 * most + 0.01 * first) << step << " at " << k;
+        }
+        EXPECT_GT(most, 1e-6);
+    }
+}
+
+TEST(VesselWall, FollowsItsNodesWithItsWholeSurfaceAndRestsWhereNothingPulls) {
+    std::mt19937_64 engine(5);
+    for (int k = 0; k < 4; ++k) {
+        const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
+        Wall wall{.thickness = between(0.3, 2.0), .layers = 1 + k % 3, .triangles = 300 + 400 * k, .young_kpa = between(20.0, 500.0)};
+        wall.surface = k % 2 == 0 ? wall.surface : tube(5.0, 40.0);
+        const PreparedScene prepared = test::prepare(wall_scene(wall));
+        const BodyModel& body = prepared.model.bodies[0];
+        EXPECT_EQ(body.links->static_count, 0u);
+        for (const double blend : body.links->vertex_blend) ASSERT_NEAR(blend, 1.0, 1e-12);
+        Simulator simulator(prepared.model);
+        for (int i = 0; i < 5; ++i) ASSERT_TRUE(simulator.step().finite);
+        for (std::size_t v = 0; v < body.surface.vertices.size(); ++v)
+            ASSERT_LT((simulator.state().bodies[0].surface[v] - body.surface.vertices[v]).norm(), 1e-12);
+    }
+}
+
+namespace {
+
+/// A stiff rod whose bent tip stands in a soft tube: it presses on one side with its tip, on the other with its back.
+std::string pushed_rod(double young_gpa) {
+    return fmt::format(R"(, "instruments": {{"wire": {{"length": 60, "radius": 0.5, "young_modulus": {}, "density": 3000,
+        "tip": {{"shape": "J", "length": 12, "angle": 70, "stiffness": 1}}, "segment": 1, "skin_triangles": 2000, "inserted": 20,
+        "entry": {{"position": [0, 0, 4], "direction": [0, 0, 1]}}, "lumen": "vessel", "path": [[0, 20, 0], [0.4, 26, 0]]}}}})",
+                       1e6 * young_gpa);
+}
+
+struct Pressed {
+    double out = 0.0, force = 0.0; // m, farthest that the wall went; N
+    double gap = 0.0;              // N, between what the wall felt and what the rod did
+    std::size_t exits = 0;
+    bool finite = true;
+};
+
+Pressed press(const Wall& wall, int steps) {
+    const PreparedScene prepared = test::prepare(wall_scene(wall));
+    Simulator simulator(prepared.model);
+    Pressed pressed;
+    for (int k = 0; k < steps; ++k) {
+        const StepReport& report = simulator.step();
+        pressed.finite = pressed.finite && report.finite;
+        pressed.exits += report.lumen_exits;
+        pressed.force = report.contact_force_n;
+        pressed.gap = report.exchange_gap_n;
+    }
+    const std::vector<Vec3>& rest = prepared.model.bodies[0].surface.vertices;
+    for (std::size_t v = 0; v < rest.size(); ++v) pressed.out = std::max(pressed.out, (simulator.state().bodies[0].surface[v] - rest[v]).norm());
+    return pressed;
+}
+
+} // namespace
+
+TEST(VesselWall, GivesWayToAWireThatStandsInIt) {
+    Wall wall{.thickness = 0.8, .triangles = 800, .young_kpa = 200.0, .more = kTubeHeld, .surface = tube(4.0, 50.0),
+              .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .instruments = pushed_rod(0.5)};
+    double last = 0.0;
+    for (const double kpa : {400.0, 100.0}) {
+        wall.young_kpa = kpa;
+        const Pressed pressed = press(wall, 160);
+        EXPECT_TRUE(pressed.finite);
+        EXPECT_EQ(pressed.exits, 0u) << kpa;
+        EXPECT_GT(pressed.force, 1e-4) << kpa;
+        EXPECT_LT(pressed.gap, 0.02 * pressed.force) << kpa; // at rest: action is reaction
+        EXPECT_GT(pressed.out, last) << kpa;                 // softer: farther
+        last = pressed.out;
+    }
+}
+
+TEST(VesselWall, IsRefusedWhereItIsNone) {
+    const std::string sphere = R"("surface": {"shape": "sphere", "radius": 10, "subdivisions": 3})";
+    const std::string head = R"({"units": {"length": "mm"}, "time": {"step": 0.01, "duration": 1}, "bodies": {"b": {"kind": "deformable", )" + sphere;
+    const std::string tail = R"(}}, "effects": ["elasticity"]})";
+    const auto message = [&](const std::string& keys) {
+        const Result<Scene> scene = parse_scene(head + keys + tail, "scene.json");
+        return scene.ok() ? std::string() : scene.error().to_string();
+    };
+    EXPECT_NE(message(R"(, "hollow": true)").find("would fill with tissue"), std::string::npos) << message(R"(, "hollow": true)");
+    EXPECT_NE(message(R"(, "hollow": true, "coarse": {"mesher": "tetgen"})").find("would fill with tissue"), std::string::npos);
+    EXPECT_NE(message(R"(, "coarse": {"mesher": "wall", "thickness": 1})").find("not hollow"), std::string::npos);
+    EXPECT_NE(message(R"(, "hollow": true, "coarse": {"mesher": "wall"})").find("thickness"), std::string::npos);
+    EXPECT_NE(message(R"(, "coarse": {"thickness": 1})").find("thickness"), std::string::npos);
+    EXPECT_EQ(message(R"(, "hollow": true, "coarse": {"mesher": "wall", "thickness": 1})"), "");
+}
+
+TEST(VesselWall, ThatFoldsOverSaysWhere) {
+    Wall wall{.thickness = 40.0, .surface = R"({"shape": "torus", "radius": 20, "tube_radius": 6, "sides": 40})"};
+    const Result<Scene> scene = parse_scene(wall_scene(wall), "scene.json");
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene);
+    if (prepared.ok()) {
+        bool said = false;
+        for (const std::string& note : prepared->bodies[0].notes) said = said || note.find("thinner at") != std::string::npos;
+        EXPECT_TRUE(said);
+    } else {
+        EXPECT_NE(prepared.error().to_string().find("folds over at"), std::string::npos) << prepared.error().to_string();
+    }
+}
+
+} // namespace trocar::engine
