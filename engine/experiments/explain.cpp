@@ -42,8 +42,7 @@ void tell_effects(const Scene& scene, const PreparedScene& prepared, std::string
 }
 
 /// What the constants of a material come to, in the scene's units.
-void tell_material(const Scene& scene, const SceneBody& body, std::string& text) {
-    const fem::Material& m = body.material;
+void tell_material(const Scene& scene, const SceneBody& body, const fem::Material& m, std::string& text) {
     const fem::SmallStrain small = fem::find_small_strain(m);
     const auto unit = [&](double si) { return with_unit(si, Dimension::Pressure, scene.units); };
     constexpr const char* kNames[] = {"St. Venant-Kirchhoff", "corotational", "neo-Hookean", "Mooney-Rivlin", "Ogden", "Holzapfel-Gasser-Ogden"};
@@ -81,7 +80,7 @@ void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string&
             text += fmt::format(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
                        1e3 * b.stable_step_s);
         text += "\n";
-        if (model.tissue) tell_material(scene, scene.bodies[i], text);
+        if (model.tissue) tell_material(scene, scene.bodies[i], model.tissue->material, text);
         tell_regions(scene, b, text);
         if (b.links > 0)
             text += fmt::format("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,

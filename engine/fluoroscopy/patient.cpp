@@ -96,7 +96,7 @@ XrayPatient::XrayPatient(const FluoroscopySpec& spec, const SceneModel& model) :
         XrayBody& own = bodies_[i];
         if (own.shell > 0.0 || model.bodies[i].is_free_space) continue;
         const auto host = model.bodies[i].host_body;
-        const double around = host && bodies_[*host].shell == 0.0 ? attenuation_of(bodies_[*host].matter) : 0.0;
+        const double around = host && *host != i && bodies_[*host].shell == 0.0 ? attenuation_of(bodies_[*host].matter) : 0.0;
         if (own.vessel && wall_ > 0.0) own.wall = attenuation_of(spec.wall_matter) - around;
         own.attenuation -= around + own.wall;
     }

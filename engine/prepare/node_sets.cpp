@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace trocar::engine {
 namespace {
@@ -33,12 +34,20 @@ bool in_region(const FixedRegion& region, const Vec3& p, double least, double mo
 
 bool is_on_faces(LoadKind kind) { return kind == LoadKind::Traction || kind == LoadKind::Pressure; }
 
-/// Boundary triangles whose nodes are all among some.
-void add_faces(const TetMesh& mesh, const std::vector<Index>& nodes, BodyLoad& load) {
+/// Boundary triangles whose nodes are all among some; with a lumen only those that face into it, however thin its wall.
+void add_faces(const TetMesh& mesh, const std::vector<Index>& nodes, const TriMesh* lumen, BodyLoad& load) {
+    std::optional<TriangleTree> bore;
+    if (lumen != nullptr) bore.emplace(*lumen);
+    const auto faces_in = [&](const Vec3& centre, const Vec3& across) {
+        const Triangle& t = lumen->triangles[bore->closest(centre)->triangle];
+        const Vec3 &a = lumen->vertices[t[0]], &b = lumen->vertices[t[1]], &c = lumen->vertices[t[2]];
+        return (b - a).cross(c - a).dot(across) < 0.0;
+    };
     const auto is_in = [&](Index node) { return std::binary_search(nodes.begin(), nodes.end(), node); };
     for (const Triangle& face : boundary_surface(mesh).triangles) {
         if (!std::all_of(face.begin(), face.end(), is_in)) continue;
         const Vec3 &a = mesh.vertices[face[0]], &b = mesh.vertices[face[1]], &c = mesh.vertices[face[2]];
+        if (bore && !faces_in((a + b + c) / 3.0, (b - a).cross(c - a))) continue;
         load.faces.push_back(face);
         load.area.push_back(0.5 * (b - a).cross(c - a).norm());
     }
@@ -158,8 +167,9 @@ Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetM
             nodes = find_region_nodes(*spec.region, mesh.vertices);
         else
             for (Index node = 0; node < mesh.vertices.size(); ++node) nodes.push_back(node);
+        const bool on_bore = body.hollow && spec.region && spec.region->surface == body.name; // near the lumen's surface
         if (is_on_faces(spec.kind))
-            add_faces(mesh, nodes, load);
+            add_faces(mesh, nodes, on_bore ? &model.surface : nullptr, load);
         else
             add_nodes(tissue, nodes, load);
         if (load.nodes.empty() && load.faces.empty())

@@ -93,29 +93,37 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
     return std::move(lattice->tets);
 }
 
-/// Around the lumen's surface, simplified where it has more triangles than asked for.
+/// Around the lumen's surface, simplified where it has more triangles than asked for; to other numbers where the wall of one folds over.
 Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
-    TriMesh simple;
-    if (surface.triangles.size() > body.coarse.surface_triangles) {
-        Result<TriMesh> made = simplify(surface, body.coarse.surface_triangles);
-        if (!made.ok()) return made.error();
-        simple = std::move(*made);
+    constexpr double kShares[] = {1.0, 1.15, 0.87, 1.3, 0.75}; // of the triangles asked for, in this order
+    std::string folds;
+    for (const double share : kShares) {
+        const auto wanted = static_cast<std::size_t>(share * static_cast<double>(body.coarse.surface_triangles));
+        TriMesh simple;
+        if (surface.triangles.size() > wanted) {
+            Result<TriMesh> made = simplify(surface, wanted);
+            if (!made.ok()) return made.error();
+            simple = std::move(*made);
+        }
+        const TriMesh& inner = simple.triangles.empty() ? surface : simple;
+        Result<fem::WallMesh> wall = fem::make_wall_mesh(inner, {.thickness = body.coarse.thickness, .layers = body.coarse.layers});
+        if (!wall.ok()) return wall.error();
+        const Vec3& at = inner.vertices[wall->thinnest];
+        const std::string place = fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
+        if (wall->folds) {
+            if (folds.empty()) folds = place;
+            continue;
+        }
+        remarks.notes.push_back(fmt::format("a wall of {:.3g} mm in {} layer{} around {} triangles", 1e3 * body.coarse.thickness, body.coarse.layers,
+                                            body.coarse.layers == 1 ? "" : "s", inner.triangles.size()));
+        if (wall->thinned > 0)
+            remarks.notes.push_back(fmt::format("thinner at {} of its {} places, where it would fold over: {:.2g} of its thickness at {}", wall->thinned,
+                                                inner.vertices.size(), wall->least_share, place));
+        return std::move(wall->tets);
     }
-    const TriMesh& inner = simple.triangles.empty() ? surface : simple;
-    Result<fem::WallMesh> wall = fem::make_wall_mesh(inner, {.thickness = body.coarse.thickness, .layers = body.coarse.layers});
-    if (!wall.ok()) return wall.error();
-    const Vec3& at = inner.vertices[wall->thinnest];
-    const std::string place = fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z());
-    if (wall->folds)
-        return Error{ErrorCode::BadMesh, fmt::format("a wall of {:.3g} mm folds over at {}, even where {:.0f} % of it is left: expected a surface that is smoother "
-                                                     "there, or a thinner wall",
-                                                     1e3 * body.coarse.thickness, place, 100.0 * wall->least_share)};
-    remarks.notes.push_back(fmt::format("a wall of {:.3g} mm in {} layer{} around {} triangles", 1e3 * body.coarse.thickness, body.coarse.layers,
-                                        body.coarse.layers == 1 ? "" : "s", inner.triangles.size()));
-    if (wall->thinned > 0)
-        remarks.notes.push_back(fmt::format("thinner at {} of its {} places, where it would fold over: {:.2g} of its thickness at {}", wall->thinned,
-                                            inner.vertices.size(), wall->least_share, place));
-    return std::move(wall->tets);
+    return Error{ErrorCode::BadMesh, fmt::format("a wall of {:.3g} mm folds over at {}, even where {:.0f} % of it is left; expected other \"surface_triangles\" than {}, a "
+                                                 "surface that is smoother there, or a thinner wall",
+                                                 1e3 * body.coarse.thickness, folds, 100.0 * fem::kLeastWall, body.coarse.surface_triangles)};
 }
 
 /// A viscosity that would set the step is lowered to what costs a tenth of it; asked for by name, it stays.
@@ -166,7 +174,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
 fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     fem::Material material = body.material;
     const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
-    if (is_wall && material.elements == fem::TetElements::Automatic) material.elements = fem::TetElements::Patched; // a wall bends, whatever its law
+    if (is_wall && material.elements == fem::TetElements::Automatic && material.law != fem::MaterialLaw::StVK) material.elements = fem::TetElements::Patched; // a wall bends, whatever its law
     if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
     return material;
 }
@@ -278,8 +286,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                            body.coarse.file.empty() ? tissue.error().message
                                                     : fmt::format("{}: {}", body.coarse.file.string(), tissue.error().message),
                            tissue.error().code);
-    constexpr double kAnywhere = 1e3; // m: no part of a vessel's surface rests where its wall moves
-    Result<fem::RigidLinks> links = spec.hollow ? fem::make_embedded_links(*mesh, model.surface.vertices, kAnywhere) : fem::make_surface_links(*mesh, model.surface);
+    Result<fem::RigidLinks> links = spec.hollow ? fem::make_bore_links(*mesh, model.surface) : fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     if (!body.coarse.file.empty())
         if (const std::string misfit = find_misfit(*mesh, model.surface, links->max_length); !misfit.empty())
@@ -299,7 +306,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     summary.pinned_nodes = tissue->pinned.size();
     summary.region_array = std::move(regions->array);
     summary.regions = std::move(regions->list);
-    if (!fem::uses_patches(body.material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
+    if (!fem::uses_patches(tissue->material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
         summary.notes.push_back(
             fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "
                         "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499; \"elements\": \"patched\" does not",

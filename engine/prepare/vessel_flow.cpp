@@ -28,8 +28,10 @@ Result<void> prepare_vessel_flow(const EffectPreparation& preparation, const std
             if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
             vessel.blood = make_blood_flow(*tree, speed);
             if (vessel.host_body) {
-                auto links =
-                    fem::make_embedded_links(coarse.meshes[*vessel.host_body], vessel.blood->points, scene.bodies[instrument.lumen].blend);
+                const TetMesh& host = coarse.meshes[*vessel.host_body];
+                auto links = *vessel.host_body == instrument.lumen
+                                 ? fem::make_middle_links(host, vessel.blood->points)
+                                 : fem::make_embedded_links(host, vessel.blood->points, scene.bodies[instrument.lumen].blend);
                 if (!links.ok()) return links.error();
                 vessel.blood->links = std::move(*links);
             }

@@ -246,10 +246,12 @@ struct MeshedCoarseKeys {
             key(s.layers, count_field("layers", 1, 16, "Of a wall, through its thickness; docs/tissue.md says what they cost and how they bend.")
                               .when({"wall"})),
             key(s.max_volume, number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
-                                           "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")),
+                                           "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")
+                                  .when({"lattice", "tetgen"})),
             key(s.may_drop, number_field("may_drop", Dimension::None, between(0.0, 1.0),
                                          "Share of the mesh's volume that may be left out as parts apart from the largest one; more is an "
-                                         "error that says how much.")));
+                                         "error that says how much.")
+                                .when({"lattice", "tetgen"})));
     }
 };
 

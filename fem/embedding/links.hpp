@@ -25,6 +25,13 @@ namespace trocar::fem {
 /// blend_length [m] >= 0; 0: everything outside is static.
 [[nodiscard]] Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Vec3> vertices, double blend_length);
 
+/// Links a lumen's surface to the bore of the wall around it: barycentric coordinates on the nearest boundary triangle that faces into the lumen (of another
+/// branch's wall that lies across it no triangle does, near enough); all vertices move fully.
+[[nodiscard]] Result<RigidLinks> make_bore_links(const TetMesh& wall, const TriMesh& lumen);
+
+/// Links points inside a lumen to three nodes of the wall around each of them, as evenly around it as there are: they go with the lumen's middle.
+[[nodiscard]] Result<RigidLinks> make_middle_links(const TetMesh& wall, std::span<const Vec3> points);
+
 /// Affine coordinates of p in the tetrahedron x. False, and weight untouched: it is too flat, or p too far from it, to carry a force.
 [[nodiscard]] bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept;
 

@@ -8,6 +8,7 @@
 #include "fem/embedding/tet_locator.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -268,6 +269,57 @@ Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Ve
         if (!nearest) continue;
         const double blend = nearest->distance <= touching ? 1.0 : smooth_fall(nearest->distance / blend_length);
         if (blend > 0.0 && !builder.add(v, {surface.mesh.triangles[nearest->triangle], nearest->bary}, blend)) builder.count_degenerate();
+    }
+    return std::move(builder).finish();
+}
+
+Result<RigidLinks> make_bore_links(const TetMesh& wall, const TriMesh& lumen) {
+    if (const auto fine = check_inputs(wall, lumen.vertices); !fine) return fine.error();
+    const CoarseSurface surface(wall);
+    if (surface.mesh.triangles.empty()) return Error{.code = ErrorCode::BadMesh, .message = "the wall has no surface to link to"};
+    const std::vector<Vec3> normals = vertex_normals(lumen);
+    LinkBuilder builder(wall, lumen.vertices);
+    for (Index v = 0; v < lumen.vertices.size(); ++v) {
+        const Triangle& nodes = surface.mesh.triangles[find_patch_centre(surface, lumen.vertices[v], -normals[v])];
+        if (!builder.add(v, on_face(nodes, closest_on_face(lumen.vertices[v], nodes, wall.vertices)), 1.0)) builder.count_degenerate();
+    }
+    return std::move(builder).finish();
+}
+
+namespace {
+
+/// The nearest of these nodes, and the two that with it lie most evenly around p: whose directions from it nearly add up to nothing.
+Triangle surround(const std::vector<Index>& nodes, std::span<const Vec3> at, const Vec3& p) {
+    std::vector<Vec3> way;
+    for (const Index node : nodes) way.push_back((at[node] - p).normalized());
+    Triangle best{nodes[0], nodes[1], nodes[2]};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < nodes.size(); ++i)
+        for (std::size_t j = i + 1; j < nodes.size(); ++j)
+            if (const double off = (way[0] + way[i] + way[j]).squaredNorm(); off < least) least = off, best = {nodes[0], nodes[i], nodes[j]};
+    return best;
+}
+
+/// Those within half as far again as the nearest, nearest first; at most so many, and at least three.
+std::vector<Index> find_around(std::span<const Vec3> at, const Vec3& p) {
+    constexpr std::size_t kMost = 96;
+    std::vector<std::pair<double, Index>> all;
+    for (Index node = 0; node < at.size(); ++node) all.emplace_back((at[node] - p).norm(), node);
+    const std::size_t most = std::min(kMost, all.size());
+    std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(most), all.end());
+    std::vector<Index> near;
+    for (std::size_t k = 0; k < most && (k < 3 || all[k].first <= 1.5 * all[0].first); ++k) near.push_back(all[k].second);
+    return near;
+}
+
+} // namespace
+
+Result<RigidLinks> make_middle_links(const TetMesh& wall, std::span<const Vec3> points) {
+    if (const auto fine = check_inputs(wall, points); !fine) return fine.error();
+    LinkBuilder builder(wall, points);
+    for (Index v = 0; v < points.size(); ++v) {
+        const Triangle nodes = surround(find_around(wall.vertices, points[v]), wall.vertices, points[v]);
+        if (!builder.add(v, on_face(nodes, closest_on_face(points[v], nodes, wall.vertices)), 1.0)) builder.count_degenerate();
     }
     return std::move(builder).finish();
 }

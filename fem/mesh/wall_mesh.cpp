@@ -15,6 +15,26 @@ constexpr double kThinner = 0.85;    // [-] a try
 constexpr double kSteepest = 1.3;    // [-] of thicknesses at the ends of an edge
 constexpr double kMostLengthening = 1.5; // [-] of a vertex's way outwards over the thickness, on ridges
 
+/// Turns normals towards those triangles that they hardly see: on a sharp fold the mean over the angles may leave one behind.
+void turn_to_worst(const TriMesh& surface, std::vector<Vec3>& normal) {
+    constexpr int kTurns = 30;
+    constexpr double kSeen = 0.5, kTurn = 0.2;
+    std::vector<double> least(normal.size());
+    std::vector<Vec3> worst(normal.size());
+    for (int i = 0; i < kTurns; ++i) {
+        std::fill(least.begin(), least.end(), kSeen);
+        for (const Triangle& t : surface.triangles) {
+            const Vec3 across = (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]).normalized();
+            for (const Index v : t)
+                if (const double seen = across.dot(normal[v]); seen < least[v]) least[v] = seen, worst[v] = across;
+        }
+        bool turned = false;
+        for (std::size_t v = 0; v < normal.size(); ++v)
+            if (least[v] < kSeen) normal[v] = (normal[v] + kTurn * worst[v]).normalized(), turned = true;
+        if (!turned) return;
+    }
+}
+
 /// m; from each vertex outwards, so far that its triangles' planes are moved by 1 m: by angles, as no splitting of a face changes.
 std::vector<Vec3> find_ways_out(const TriMesh& surface) {
     std::vector<Vec3> normal(surface.vertices.size(), Vec3::Zero());
@@ -30,6 +50,7 @@ std::vector<Vec3> find_ways_out(const TriMesh& surface) {
     };
     for_each_corner([&](Index v, const Vec3& across, double angle) { normal[v] += angle * across, angles[v] += angle; });
     for (Vec3& n : normal) n.normalize(); // of a vertex without triangles: 0
+    turn_to_worst(surface, normal);
     for_each_corner([&](Index v, const Vec3& across, double angle) { facing[v] += angle * across.dot(normal[v]); });
     for (std::size_t v = 0; v < normal.size(); ++v)
         if (facing[v] > 0.0) normal[v] *= std::min(angles[v] / facing[v], kMostLengthening);

@@ -102,6 +102,57 @@ TEST(VesselWall, UnderAPressureKeepsItsEnergyAtAnyStep) {
     }
 }
 
+TEST(VesselWall, HoweverThinIsPressedOnItsBoreAlone) {
+    for (const double thickness : {0.05, 0.3, 1.0}) {
+        const PreparedScene prepared = test::prepare(wall_scene(
+            {.thickness = thickness, .more = R"(, "loads": [{"pressure": 1, "where": {"near": {"surface": "vessel", "distance": 0.5}}}])"}));
+        const std::vector<Triangle>& faces = prepared.model.bodies[0].loads[0].faces;
+        EXPECT_EQ(2 * faces.size(), boundary_surface_of(prepared).size()) << thickness;
+        for (const Triangle& face : faces)
+            for (const Index node : face) ASSERT_LT(3 * node, prepared.model.bodies[0].tissue->node_count()) << thickness; // of the first of three sheets
+    }
+}
+
+TEST(VesselWall, OfOneLegOfABendIsNeverLinkedToTheOthers) {
+    // Two legs 4 mm apart whose walls lie in one another.
+    Wall wall{.thickness = 4.5, .layers = 1, .triangles = 1500};
+    wall.surface = R"({"shape": "vessels", "triangles": 6000, "branches": [[[0, 0, 0, 5], [0, 0, 40, 5], [0, 0, 60, 5], [7, 0, 74, 5], [14, 0, 60, 5], [14, 0, 40, 5], [14, 0, 0, 5]]]})";
+    const PreparedScene prepared = test::prepare(wall_scene(wall));
+    const BodyModel& body = prepared.model.bodies[0];
+    std::size_t between = 0;
+    for (std::size_t v = 0; v < body.surface.vertices.size(); ++v) {
+        const Vec3& p = body.surface.vertices[v];
+        if (p.z() > 0.045) continue;
+        between += std::abs(p.x() - 0.007) < 0.0025;
+        for (const Index node : body.links->nodes_of(body.links->vertex_frame[v]))
+            ASSERT_EQ(body.links->node_rest[node].x() < 0.007, p.x() < 0.007) << v;
+    }
+    EXPECT_GT(between, 20u);
+}
+
+TEST(VesselWall, CarriesItsMiddleWithIt) {
+    Wall wall{.triangles = 700, .surface = tube(9.0, 60.0), .effects = R"("elasticity", "damping", "coarse_contact")"};
+    wall.more = R"(, "fixed": [{"box": [[-50, -50, -50], [50, 50, 5]]}, {"box": [[-50, -50, 40], [50, 50, 90]], "moves": [[0, 0, 0, 0], [0.05, 4, 0, 0]]}])";
+    wall.instruments = R"(, "instruments": {"wire": {"length": 100, "radius": 0.5, "young_modulus": 1e6, "density": 3000, "segment": 2, "skin_triangles": 1000,
+        "inserted": 8, "entry": {"position": [0, 0, 3], "direction": [0, 0, 1]}, "lumen": "vessel", "follow": {"target": "end", "speed": 10}}},
+        "targets": {"end": {"position": [0, 0, 57]}})";
+    const PreparedScene prepared = test::prepare(wall_scene(wall));
+    const InstrumentModel& wire = prepared.model.instruments[0];
+    ASSERT_TRUE(wire.route_links.has_value());
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 12; ++k) ASSERT_TRUE(simulator.step().finite);
+    std::vector<Vec3> moved(wire.route->points.size());
+    fem::LinkFrames frames;
+    fem::update_embedded_surface(*wire.route_links, simulator.state().bodies[0].tissue.position, wire.route->points, frames, moved);
+    std::size_t carried = 0;
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+        if (!(wire.route->points[i].z() > 0.046)) continue;
+        EXPECT_LT((moved[i] - wire.route->points[i] - Vec3(0.004, 0.0, 0.0)).norm(), 1e-6) << i;
+        ++carried;
+    }
+    EXPECT_GT(carried, 2u);
+}
+
 TEST(VesselWall, FollowsItsNodesWithItsWholeSurfaceAndRestsWhereNothingPulls) {
     std::mt19937_64 engine(5);
     for (int k = 0; k < 4; ++k) {
