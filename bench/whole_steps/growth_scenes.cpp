@@ -50,7 +50,7 @@ std::string lumen_text(const std::string& name, double radius, double aside) {
     return fmt::format(R"("{}": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 24}}}})", name, axis);
 }
 
-/// Three whole numbers, as equal as they can be, whose product is near this.
+/// Three integers, as equal as they can be, whose product is near this.
 std::array<Index, 3> near_cube(double product) noexcept {
     const auto a = static_cast<Index>(std::max(1.0, std::round(std::cbrt(product))));
     const auto b = static_cast<Index>(std::max(1.0, std::round(std::sqrt(product / a))));
