@@ -15,7 +15,7 @@ namespace {
 
 std::string text_of(const ClosedEnd& s) {
     return fmt::format(R"({{
-    "name": "closed-end", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 4}}, "budget": "exact",
+    "name": "closed-end", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 4, "integrator": "{}"}}, "budget": "exact",
     "contact": {{"wall_stiffness": {}}},
     "bodies": {{"block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 30], "extent": [40, 40, 60], "cells": 8}},
             "material": {{"young_modulus": {}, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.02}},
@@ -27,7 +27,7 @@ std::string text_of(const ClosedEnd& s) {
         "entry": {{"position": [0, 0, -5], "direction": [0, 0, 1]}}, "path": [[0, 30, 0], [0.5, 34, 0], [2.5, 37, 0], [10, 37, 0]]}}}},
     "effects": ["elasticity", "damping", "coarse_contact", "exact_contact", "friction"]
 }})",
-                       s.step, s.wall_stiffness, s.tissue_kpa, s.surface_triangles, s.modulus_mpa);
+                       s.step, s.integrator, s.wall_stiffness, s.tissue_kpa, s.surface_triangles, s.modulus_mpa);
 }
 
 } // namespace

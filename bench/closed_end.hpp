@@ -14,6 +14,7 @@ namespace trocar::engine {
 /// A rod of 1 mm, pushed 3 mm into the closed end of a channel in a block of tissue, and held for a second.
 struct ClosedEnd {
     double step = 0.01;         // s
+    std::string integrator = "rk4";
     double modulus_mpa = 200.0; // of the rod
     double wall_stiffness = 20.0; // N/mm
     double tissue_kpa = 50.0;

@@ -77,8 +77,8 @@ void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string&
         const char* motion = model.motion == Motion::Deformable ? "deformable" : model.motion == Motion::Kinematic ? "kinematic" : "static";
         text += fmt::format("  {:<15} {}{}, {} triangles, {} spheres", b.name, motion, model.hollow ? ", hollow" : "", b.triangles, b.tree_spheres);
         if (b.coarse_tets > 0)
-            text += fmt::format(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
-                       1e3 * b.stable_step_s);
+            text += fmt::format(", {} tetrahedra on {} nodes ({} fixed), stable step{} {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
+                       model.implicit ? " without bound, of leapfrog" : "", 1e3 * b.stable_step_s);
         text += "\n";
         if (model.tissue) tell_material(scene, scene.bodies[i], model.tissue->material, text);
         tell_regions(scene, b, text);
@@ -154,7 +154,9 @@ double tell_cost(const Scene& scene, const PreparedScene& prepared, const Progre
     progress("trying the first steps");
     Trial first = try_steps(model, {}, 0, steps, kTrialTime);
     const std::string substeps = first.last.substeps == 0 ? std::string("no tissue")
-                                                          : fmt::format("{} sub-steps of the tissue (stable step {:.3g} ms)", first.last.substeps,
+                                                          : fmt::format("{} sub-step{} of the tissue ({} {:.3g} ms)", first.last.substeps,
+                                                                        first.last.substeps == 1 ? "" : "s",
+                                                                        model.integrator == fem::Integrator::Implicit ? "implicit, of" : "stable step",
                                                                         1e3 * first.last.stable_step_s);
     text += fmt::format("\ntime and cost\n  step            {:g} ms, {} steps, {}\n", 1e3 * scene.time.step, model.step_count, substeps);
     text += fmt::format("  budget          {} per step over {}\n", scene.budget.to_string(),

@@ -11,6 +11,7 @@
 #include "fem/tissue/material.hpp"
 #include "fem/embedding/links.hpp"
 #include "fem/rod/rod_skin.hpp"
+#include "fem/tissue/implicit_system.hpp"
 #include "fem/tissue/tissue.hpp"
 #include "spheretree/update/chain_tree.hpp"
 #include "spheretree/update/covering_tree.hpp"
@@ -59,6 +60,7 @@ struct BodyModel {
     bool is_free_space = false;             // hollow: around other bodies, whose surfaces its wall repeats; nothing draws it
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
+    std::optional<fem::ImplicitSystem> implicit; // of the tissue, with Integrator::Implicit
     std::optional<std::size_t> host_body;   // deformable host body that this surface is embedded in; a vessel with a wall of its own: itself
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect

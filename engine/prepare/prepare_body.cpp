@@ -141,6 +141,15 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
                                 asked, capped, 1e3 * stable.step, 1e3 * slow));
 }
 
+/// Sub-steps of a step from which on an implicit one is cheaper as a rule: docs/tissue.md.
+constexpr double kManySubsteps = 300.0;
+
+void note_substeps(const Scene& scene, const fem::TissueModel& tissue, const fem::StableStep& stable, std::vector<std::string>& notes) {
+    const double count = scene.time.step / stable.step;
+    if (scene.time.integrator == fem::Integrator::Implicit || !(count > kManySubsteps) || tissue.node_count() > fem::kMostImplicitNodes) return;
+    notes.push_back(fmt::format("{:.0f} sub-steps in a step of {:g} ms; \"integrator\": \"implicit\" (of \"time\") takes one", std::ceil(count), 1e3 * scene.time.step));
+}
+
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, BesideTets& beside, const Remarks& remarks) {
     if (body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Lattice) return make_lattice(body, surface, remarks);
@@ -295,7 +304,11 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.integrator);
     cap_viscosity(scene, body, *tissue, stable, workspace, summary.notes);
     summary.stable_step_s = stable.step;
-    if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
+    if (scene.time.integrator == fem::Integrator::Implicit) {
+        Result<fem::ImplicitSystem> system = fem::make_implicit_system(*tissue, scene.time.step / std::max(1u, scene.time.substeps));
+        if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message + ", as time.integrator says");
+        model.implicit = std::move(*system);
+    } else if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
         return scene_error(scene, "time.substeps",
                            fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "
                                        "or \"auto\"",
@@ -312,7 +325,8 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                         "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499; \"elements\": \"patched\" does not",
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
     if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
-    note_sliver(*mesh, stable, summary.notes);
+    if (!model.implicit) note_sliver(*mesh, stable, summary.notes);
+    note_substeps(scene, *tissue, stable, summary.notes);
     model.node_give = find_node_give(*tissue, scene.time.step);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);

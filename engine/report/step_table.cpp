@@ -96,7 +96,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("contact_force_n", "N", "Sum of the normal forces of instruments on walls.", row.r.contact_force_n),
     TROCAR_COLUMN("max_contact_force_n", "N", "Largest normal force of an instrument on a wall.", row.r.max_contact_force_n),
     TROCAR_COLUMN("target_distance_m", "m", "Straight distance from the tip to the followed target; -1: no target is followed.", row.r.target_distance_m),
-    TROCAR_COLUMN("stable_step_s", "s", "Smallest stable sub-step of the deformable bodies; 0: there are none.", row.r.stable_step_s),
+    TROCAR_COLUMN("stable_step_s", "s", "Smallest stable sub-step of the deformable bodies; of those that are advanced implicitly, the shortest one taken; 0: there are none.", row.r.stable_step_s),
     TROCAR_COLUMN("script_ms", "ms", "Wall time of drive commands and the scene's script.", row.r.ms.script),
     TROCAR_COLUMN("observe_ms", "ms", "Wall time of independent checks; not part of the step.", row.r.ms.observe),
     TROCAR_COLUMN("charged_cpu_ms", "ms", "charged_ms in this thread's own processor time.", row.r.ms.budget_cpu),

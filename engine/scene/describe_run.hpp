@@ -36,8 +36,9 @@ struct TimeKeys {
                            .by_default(std::string_view("auto")),
                        read_substeps, s.substeps),
             key(s.max_substeps, count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")),
-            key(s.integrator, choice_field("integrator", {"rk4", "leapfrog"},
-                                           "Of the tissue: Runge-Kutta 4, or leapfrog with a third of its evaluations and second order.")),
+            key(s.integrator, choice_field("integrator", {"rk4", "leapfrog", "implicit"},
+                                           "Of the tissue: Runge-Kutta 4, leapfrog with a third of its evaluations and second order, or an implicit rule of second "
+                                           "order that takes one sub-step however stiff or thin the tissue is, and damps what swings faster.")),
             object_key<PaceKeys>(
                 s.pace, object_field("pace", table_of<PaceKeys>(), "When steps of a run begin; as soon as they can when absent.")));
     }

@@ -34,7 +34,7 @@ struct StepReport {
     EffectCounts effects; // whose code was entered
     unsigned substeps = 0;
     std::uint64_t tet_evaluations = 0; // forces of a tetrahedron, once each: of motion that contact made again too
-    double stable_step_s = 0.0; // smallest over the deformable bodies; 0: none
+    double stable_step_s = 0.0; // smallest over the deformable bodies (implicit ones: taken); 0: none
 
     // coarse
     std::uint64_t pairs_tested = 0, pairs_open = 0, leaf_contacts = 0, assumed = 0;

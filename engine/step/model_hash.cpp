@@ -41,6 +41,8 @@ public:
     void add(const T& value) noexcept {
         if constexpr (std::is_same_v<T, double>)
             add_word(std::bit_cast<std::uint64_t>(value));
+        else if constexpr (std::is_same_v<T, float>)
+            add_word(std::bit_cast<std::uint32_t>(value));
         else if constexpr (std::is_same_v<T, char>)
             add_word(static_cast<unsigned char>(value)); // machines differ in its sign
         else

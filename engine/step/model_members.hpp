@@ -34,6 +34,8 @@ TROCAR_MEMBERS(fem::FibreBatch, axis)
 TROCAR_MEMBERS(fem::ForceChunk, first_batch, batch_count, first_slot, slot_count)
 TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, shares, fibres, tet_of, node_of, record_of, slot_begin, slots, inv_mass)
 TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass, inv_mass, rest_position, pinned, plan, volume, mass)
+TROCAR_MEMBERS(fem::BlockFactor, order, column_begin, row, below, inverse)
+TROCAR_MEMBERS(fem::ImplicitSystem, factor, edge)
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
                affine_nodes, affine_weight, degenerate, static_count, max_length, longest, long_count)
 TROCAR_MEMBERS(fem::ProfileRow, from_tip, factor)
@@ -57,7 +59,7 @@ TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children,
 TROCAR_MEMBERS(LoadRow, time, value)
 TROCAR_MEMBERS(HeldNodes, pinned, moves, turns, point, axis)
 TROCAR_MEMBERS(BodyLoad, kind, vector, number, over, nodes, share, faces, area)
-TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, host_body, links, self_contact, path, held, loads, node_give,
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, implicit, host_body, links, self_contact, path, held, loads, node_give,
                velocity, spin, topology, sharp_edges, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)

@@ -68,4 +68,20 @@ SpringReport add_spring_forces(const ContactSprings& springs, double time, const
         });
 }
 
+void add_spring_product(const ContactSprings& springs, double time, double per_second, const ForcePlan& plan, std::span<const NodeRecord> records,
+                        std::span<const Vec3> displacement, std::span<Vec3> product) noexcept {
+    for (const ContactSpring& spring : springs.springs) {
+        const Moment m = measure(
+            springs, spring, time, [&](Index node) { return Vec3(records[plan.record_of[node]].x); },
+            [&](Index node) { return Vec3(records[plan.record_of[node]].v); });
+        if (!(m.gap < 0.0) || !(m.push < spring.limit)) continue;
+        const double slope = spring.stiffness + (m.rate < 0.0 ? spring.damping * per_second : 0.0);
+        const auto entries = std::span(springs.entries).subspan(spring.first_entry, spring.entry_count);
+        double closer = 0.0;
+        for (const SpringEntry& entry : entries) closer += entry.g.dot(displacement[plan.record_of[entry.node]]);
+        for (const SpringEntry& entry : entries)
+            if (plan.inv_mass[plan.record_of[entry.node]] > 0.0) product[plan.record_of[entry.node]] += slope * closer * entry.g;
+    }
+}
+
 } // namespace trocar::fem

@@ -55,4 +55,9 @@ SpringReport add_spring_forces(const ContactSprings& springs, double time, std::
 SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
                                std::span<PartialForce> force) noexcept;
 
+/// Adds what a displacement of the nodes takes from the force of every pressed spring, and of its drag, if it comes about at `per_second` (1/s).
+/// records: where the springs are pressed; displacement, product [node_count] by record
+void add_spring_product(const ContactSprings& springs, double time, double per_second, const ForcePlan& plan, std::span<const NodeRecord> records,
+                        std::span<const Vec3> displacement, std::span<Vec3> product) noexcept;
+
 } // namespace trocar::fem

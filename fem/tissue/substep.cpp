@@ -25,20 +25,6 @@ void add_pressures(std::span<const FacePressure> pressures, const ForcePlan& pla
     }
 }
 
-/// Springs and external forces at `now`, `since` the sub-step's start; null where there are none.
-const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept {
-    const bool pushed = !s.inputs.external_force.empty(), warm_springs = s.inputs.springs && !s.inputs.springs->springs.empty();
-    if (!pushed && !warm_springs && s.inputs.pressures.empty()) return nullptr;
-    const ForcePlan& plan = s.model.plan;
-    for (std::size_t record = 0; record < plan.node_count(); ++record) {
-        const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
-        s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
-    }
-    add_pressures(s.inputs.pressures, plan, now, s.w.extra);
-    if (warm_springs) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
-    return s.w.extra.data();
-}
-
 /// Pinned nodes have no acceleration, so that the velocity set here carries them linearly to their target.
 void aim_pinned(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs) noexcept {
     for (std::size_t k = 0; k < model.pinned.size(); ++k) {
@@ -103,6 +89,19 @@ bool find_forces(const Substep& s, std::span<const NodeRecord> now) noexcept {
     if (!s.w.relaxed.empty()) add_relaxation_forces(s.model, now, s.w.relaxed, s.w.partial, s.w.threads);
     if (tets.low_place != kNoIndex) s.report.least_stage_ratio = std::min(s.report.least_stage_ratio, tets.low);
     return true;
+}
+
+const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept {
+    const bool pushed = !s.inputs.external_force.empty(), warm_springs = s.inputs.springs && !s.inputs.springs->springs.empty();
+    if (!pushed && !warm_springs && s.inputs.pressures.empty()) return nullptr;
+    const ForcePlan& plan = s.model.plan;
+    for (std::size_t record = 0; record < plan.node_count(); ++record) {
+        const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
+        s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
+    }
+    add_pressures(s.inputs.pressures, plan, now, s.w.extra);
+    if (warm_springs) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
+    return s.w.extra.data();
 }
 
 StageOutcome update_stage(const Substep& s, double since, std::span<const NodeRecord> now, NodeUpdate update, double reach,

@@ -43,6 +43,9 @@ struct Substep {
 /// Forces at `now`, which stands for `since` (s) after the sub-step's start, into w.partial. False: a tet has stiffened too much.
 [[nodiscard]] bool find_forces(const Substep& s, std::span<const NodeRecord> now) noexcept;
 
+/// Springs, pressures and external forces at `now`, `since` the sub-step's start, by record; null where there are none.
+[[nodiscard]] const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept;
+
 /// Every node's update from those forces, from what pushes from outside, and from gravity, into w.stage. Not Fine: the report names the bad
 /// node and tet; w.start is as it was.
 StageOutcome update_stage(const Substep& s, double since, std::span<const NodeRecord> now, NodeUpdate update, double reach,

@@ -91,7 +91,8 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
                                            Case{"WithSpheresAlone", {35, "exact", R"("coarse_contact")", ""}},
                                            Case{"UnderAWorkBudget",
                                                 {35, "work:500", R"("coarse_contact", "exact_contact", "friction")", ""}},
-                                           Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
+                                           Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}},
+                                           Case{"WithImplicitTissue", {35, "exact", kAllEffects, test::kOrgan, "implicit"}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 /// A wire that is pushed out of a catheter and turned, both with torsional wind-up: the chain of both grows during the test.

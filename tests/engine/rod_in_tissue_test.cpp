@@ -97,6 +97,22 @@ TEST(RodInTissue, ACoarseMeshHoldsAsStillAsAFineOne) {
     }
 }
 
+/// Implicit steps damp what a stiff rod excites: the same force and place as Runge-Kutta's, and as steady.
+TEST(RodInTissue, ImplicitStepsComeToTheForceOfExplicitOnes) {
+    for (const double modulus : {200.0, 2000.0}) {
+        const Held wanted = hold_checked({.step = 0.005, .modulus_mpa = modulus});
+        for (const double step : {0.002, 0.01, 0.03}) {
+            SCOPED_TRACE(fmt::format("{} MPa, steps of {} s", modulus, step));
+            const Held held = hold_checked({.step = step, .integrator = "implicit", .modulus_mpa = modulus});
+            EXPECT_NEAR(held.mean, wanted.mean, 0.01 * wanted.mean) << "N";
+            EXPECT_NEAR(held.tip, wanted.tip, 0.01e-3) << "m";
+            EXPECT_LT(held.most, 1.01 * held.mean) << "N";
+            EXPECT_GT(held.least, 0.99 * held.mean) << "N";
+            EXPECT_LT(held.gap, 0.05 * held.mean) << "N";
+        }
+    }
+}
+
 /// By which stiffness both answer one another decides how fast they agree, not on what.
 TEST(RodInTissue, TheStiffnessThatBothAnswerWithChangesNothing) {
     const double wanted = hold_checked({}).mean;

@@ -69,6 +69,7 @@ struct BentTube {
     std::string budget = "exact";
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
     std::string host_body = {}; // further bodies; embeds the tube in "organ" when not empty
+    std::string integrator = "rk4";
 };
 
 /// A wire of 0.5 mm is pushed 120 mm into a tube of 3 mm, through the bend, turning on its way.
@@ -77,7 +78,7 @@ inline std::string bent_tube_scene(const BentTube& options = {}) {
     return fmt::format(R"({{
     "name": "bent-tube",
     "units": {{"length": "mm", "pressure": "kPa"}},
-    "time": {{"step": 0.01, "duration": {time:.6f}}},
+    "time": {{"step": 0.01, "duration": {time:.6f}, "integrator": "{integrator}"}},
     "budget": "{budget}",
     "bodies": {{
         {carrier}
@@ -91,7 +92,7 @@ inline std::string bent_tube_scene(const BentTube& options = {}) {
         "path": [[0, 20, 0], [{time:.6f}, 140, 2]]}}}},
     "effects": [{effects}]
 }})",
-                       fmt::arg("time", time), fmt::arg("budget", options.budget), fmt::arg("carrier", options.host_body),
+                       fmt::arg("time", time), fmt::arg("integrator", options.integrator), fmt::arg("budget", options.budget), fmt::arg("carrier", options.host_body),
                        fmt::arg("embedded", options.host_body.empty() ? "" : R"(, "embedded_in": "organ", "blend": 5)"),
                        fmt::arg("axis", bent_axis(25.0, 3.0)), fmt::arg("speed", options.speed),
                        fmt::arg("turn", 3.14 * options.speed / 35.0), fmt::arg("effects", options.effects));

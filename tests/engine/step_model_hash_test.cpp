@@ -44,6 +44,8 @@ private:
             try_value(value, !value, name);
         else if constexpr (std::is_same_v<T, double>)
             try_value(value, std::nextafter(value, 1e300), name);
+        else if constexpr (std::is_same_v<T, float>)
+            try_value(value, std::nextafter(value, 1e30F), name);
         else if constexpr (std::is_pointer_v<T>)
             try_value(value, value == &effects::gravity ? &effects::pulse : &effects::gravity, name);
         else if constexpr (std::is_enum_v<T>)

@@ -20,16 +20,17 @@ struct Wall {
     double damping = 60.0;   // 1/s
     std::string instruments; // with its comma
     double step = 0.005;
+    std::string integrator = "leapfrog";
 };
 
 std::string wall_scene(const Wall& w) {
     return fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa", "angle": "deg"}},
-    "time": {{"step": {}, "duration": 100, "integrator": "leapfrog"}}, "budget": "exact",
+    "time": {{"step": {}, "duration": 100, "integrator": "{}"}}, "budget": "exact",
     "bodies": {{"vessel": {{"kind": "deformable", "hollow": true, "surface": {},
         "material": {{"young_modulus": {}, "poisson_ratio": {}, "density": 1100, "mass_damping": {}}},
         "coarse": {{"mesher": "wall", "thickness": {}, "layers": {}, "surface_triangles": {}}}{}}}}}{},
     "effects": [{}]}})",
-                       w.step, w.surface, w.young_kpa, w.nu, w.damping, w.thickness, w.layers, w.triangles, w.more, w.instruments, w.effects);
+                       w.step, w.integrator, w.surface, w.young_kpa, w.nu, w.damping, w.thickness, w.layers, w.triangles, w.more, w.instruments, w.effects);
 }
 
 /// Mean way outwards of the surface's vertices, of a vessel about the origin.
@@ -55,10 +56,11 @@ constexpr const char* kTubeHeld = R"(, "fixed": [{"direction": [0, 0, -1], "frac
 } // namespace
 
 TEST(VesselWall, WidensUnderBloodPressureAsLameSays) {
-    for (const double nu : {0.3, 0.45}) {
+    for (const auto& [nu, integrator] : {std::pair{0.3, "leapfrog"}, {0.45, "leapfrog"}, {0.3, "implicit"}, {0.45, "implicit"}}) {
         const double pressure = 0.2; // kPa, of 100: small strain
         // On the bore alone: its nodes are near the lumen's surface.
-        const Wall wall{.nu = nu, .more = fmt::format(R"(, "loads": [{{"pressure": {}, "where": {{"near": {{"surface": "vessel", "distance": 0.2}}}}}}])", pressure)};
+        const Wall wall{.nu = nu, .more = fmt::format(R"(, "loads": [{{"pressure": {}, "where": {{"near": {{"surface": "vessel", "distance": 0.2}}}}}}])", pressure),
+                        .integrator = integrator};
         const PreparedScene prepared = test::prepare(wall_scene(wall));
         Simulator simulator(prepared.model);
         for (int k = 0; k < 100; ++k) ASSERT_TRUE(simulator.step().finite);
@@ -208,17 +210,57 @@ Pressed press(const Wall& wall, int steps) {
 TEST(VesselWall, GivesWayToAWireThatStandsInIt) {
     Wall wall{.thickness = 0.8, .triangles = 800, .young_kpa = 200.0, .more = kTubeHeld, .surface = tube(4.0, 50.0),
               .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .instruments = pushed_rod(0.5)};
-    double last = 0.0;
-    for (const double kpa : {400.0, 100.0}) {
-        wall.young_kpa = kpa;
-        const Pressed pressed = press(wall, 160);
-        EXPECT_TRUE(pressed.finite);
-        EXPECT_EQ(pressed.exits, 0u) << kpa;
-        EXPECT_GT(pressed.force, 1e-4) << kpa;
-        EXPECT_LT(pressed.gap, 0.02 * pressed.force) << kpa; // at rest: action is reaction
-        EXPECT_GT(pressed.out, last) << kpa;                 // softer: farther
-        last = pressed.out;
+    for (const double step : {0.005, 0.02}) {
+        double last = 0.0;
+        for (const double kpa : {400.0, 100.0}) {
+            wall.young_kpa = kpa;
+            wall.step = step;
+            wall.integrator = "leapfrog";
+            const int steps = static_cast<int>(0.8 / step);
+            const Pressed pressed = press(wall, steps);
+            EXPECT_TRUE(pressed.finite);
+            EXPECT_EQ(pressed.exits, 0u) << kpa;
+            EXPECT_GT(pressed.force, 1e-4) << kpa;
+            if (step < 0.01) {
+                EXPECT_LT(pressed.gap, 0.02 * pressed.force) << kpa; // at rest: action is reaction
+            }
+            EXPECT_GT(pressed.out, last) << kpa;                 // softer: farther
+            last = pressed.out;
+            wall.integrator = "implicit"; // rests at the same place with the same force
+            const Pressed other = press(wall, steps);
+            EXPECT_TRUE(other.finite);
+            EXPECT_EQ(other.exits, 0u) << kpa;
+            EXPECT_NEAR(other.force, pressed.force, 0.02 * pressed.force) << kpa << " kPa, steps of " << step;
+            EXPECT_NEAR(other.out, pressed.out, 0.02 * pressed.out) << kpa << " kPa, steps of " << step;
+            if (step < 0.01) {
+                EXPECT_LT(other.gap, 0.02 * other.force) << kpa;
+            }
+        }
     }
+}
+
+TEST(VesselWall, HoweverStiffAndThinTakesOneImplicitSubstep) {
+    // An explicit step of 10 ms would take thousands.
+    Wall wall{.thickness = 0.15, .layers = 1, .triangles = 800, .young_kpa = 5000.0, .more = kTubeHeld, .surface = tube(4.0, 50.0),
+              .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .instruments = pushed_rod(0.5), .step = 0.01, .integrator = "implicit"};
+    const PreparedScene prepared = test::prepare(wall_scene(wall));
+    EXPECT_LT(prepared.bodies[0].stable_step_s, 0.01 / 1000.0);
+    Simulator simulator(prepared.model);
+    double force = 0.0;
+    for (int k = 0; k < 100; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        ASSERT_EQ(report.substeps, 1u) << k;
+        ASSERT_EQ(report.lumen_exits, 0u) << k;
+        ASSERT_EQ(report.inverted_tets, 0u) << k;
+        force = report.contact_force_n;
+    }
+    EXPECT_GT(force, 1e-3);
+    wall.integrator = "leapfrog";
+    const PreparedScene explicitly = test::prepare(wall_scene(wall));
+    bool said = false;
+    for (const std::string& note : explicitly.bodies[0].notes) said = said || note.find("\"implicit\"") != std::string::npos;
+    EXPECT_TRUE(said);
 }
 
 TEST(VesselWall, IsRefusedWhereItIsNone) {

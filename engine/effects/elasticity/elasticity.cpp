@@ -20,7 +20,9 @@ const EffectDescriptor elasticity{
         }
         const bool on = scene.effects.elasticity;
         if (bodies == 0) return {false, kNothingDeforms};
-        const char* integrator = model.integrator == fem::Integrator::Rk4 ? "Runge-Kutta 4" : "leapfrog";
+        const char* integrator = model.integrator == fem::Integrator::Rk4        ? "Runge-Kutta 4"
+                                 : model.integrator == fem::Integrator::Leapfrog ? "leapfrog"
+                                                                                 : "implicit";
         return {on, listed(on, fmt::format("{} bodies, {} tetrahedra, {}", bodies, tets, integrator))};
     },
     .scale = [](EffectSet& live, double share) { live.elasticity = live.elasticity && share > 0.0; },

@@ -1,6 +1,6 @@
 // The tissue's part of a step: bodies that touch nothing by themselves, those that touch side by side.
 //
-// A body by itself takes the sub-steps that it needs (fem::advance). Contacts that pressed at the end of the last step, and those that
+// A body by itself takes the sub-steps that it needs (fem::advance), or one implicit one (fem::advance_implicitly). Contacts that pressed at the end of the last step, and those that
 // the bodies' free motion would pass, join bodies to islands; an island is put back to the step's start and advanced with one sub-step for
 // all of its bodies, and impulses between them (fem::TissueLockstep, ContactSolver). An island in which nothing pressed after all keeps
 // the free motion: what touches nothing moves as without contact, to the bit.
@@ -22,6 +22,10 @@ namespace {
 
 fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state,
                                 TissueScratch& scratch) {
+    if (body.implicit)
+        return fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs, scratch.rk,
+                                       scratch.implicit)
+            .advance;
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
@@ -41,6 +45,10 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
 /// Empty while all went well.
 std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
     const fem::IntegrateReport& end = done.integrate;
+    if (done.refused && body.implicit)
+        return fmt::format("{}: an implicit sub-step of {:.3g} s does not converge, at a smallest volume of {:.3g} of rest; expected a shorter time.step, less load, "
+                           "or softer contact",
+                           body.name, done.last_substep, end.min_volume_ratio);
     if (done.refused) {
         const bool by_contact = done.tightest.omega_max > 2.0 * done.tightest.tissue_omega;
         return fmt::format("{}: the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/step/contact/contact_rows.hpp"
+#include "fem/tissue/implicit.hpp"
 #include "fem/tissue/lockstep.hpp"
 
 namespace trocar::engine {
@@ -16,6 +17,7 @@ struct BodyStart {
 /// Of a deformable body.
 struct TissueScratch {
     fem::RkWorkspace rk;
+    fem::ImplicitWorkspace implicit;
     fem::AdvanceReport advanced;       // its last integration
     fem::IntegrateInputs inputs;       // views of what is here
     std::vector<Vec3> pinned_target; // of effects: see TissueLoads

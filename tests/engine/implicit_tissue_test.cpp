@@ -1,0 +1,88 @@
+// Tissue that is advanced implicitly, in the step.
+#include "step_fixture.hpp"
+
+namespace trocar::engine {
+namespace {
+
+/// Two blocks, one of them a little above the other.
+std::string two_blocks(const std::string& integrator, double gap, double step) {
+    return fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 10, "integrator": "{}"}}, "budget": "exact",
+    "gravity": [0, 0, -9806.65],
+    "bodies": {{
+        "low": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 0], "extent": [40, 40, 20], "cells": 4}},
+            "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "mass_damping": 5}}, "coarse": {{"mesher": "lattice", "surface_triangles": 200}},
+            "fixed": [{{"direction": [0, 0, -1], "fraction": 0.2}}]}},
+        "high": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, {}], "extent": [20, 20, 20], "cells": 4}},
+            "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "mass_damping": 5}}, "coarse": {{"mesher": "lattice", "surface_triangles": 200}}}}}},
+    "effects": ["elasticity", "damping", "gravity", "coarse_contact", "friction"]}})",
+                       step, integrator, 20.0 + gap);
+}
+
+/// m, of all bodies
+double farthest_apart(const State& a, const State& b) {
+    double most = 0.0;
+    for (std::size_t body = 0; body < a.bodies.size(); ++body)
+        for (std::size_t node = 0; node < a.bodies[body].tissue.position.size(); ++node)
+            most = std::max(most, (a.bodies[body].tissue.position[node] - b.bodies[body].tissue.position[node]).norm());
+    return most;
+}
+
+TEST(ImplicitTissue, FallsFreelyAndRestsOnAnotherBodyAsExplicitTissueDoes) {
+    // What presses on another body is advanced side by side with it, by leapfrog; what does not, implicitly.
+    const PreparedScene implicit = test::prepare(two_blocks("implicit", 4.0, 0.005)), leapfrog = test::prepare(two_blocks("leapfrog", 4.0, 0.005));
+    ASSERT_TRUE(implicit.model.bodies[0].implicit.has_value());
+    ASSERT_FALSE(leapfrog.model.bodies[0].implicit.has_value());
+    Simulator one(implicit.model), other(leapfrog.model);
+    bool alone = false, together = false;
+    for (int k = 0; k < 300; ++k) {
+        const StepReport& report = one.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        ASSERT_TRUE(other.step().finite);
+        (report.substeps == 1 ? alone : together) = true;
+        if (k == 3) { // 20 ms, before it lands
+            EXPECT_LT((one.state().bodies[1].tissue.position[0] - other.state().bodies[1].tissue.position[0]).norm(), 1e-8);
+        }
+    }
+    EXPECT_TRUE(alone && together);
+    EXPECT_LT(farthest_apart(one.state(), other.state()), 2e-4);
+    const double weight = 9.81 * implicit.model.bodies[1].tissue->mass;
+    EXPECT_NEAR(one.step().solid_force_n, weight, 0.05 * weight);
+}
+
+TEST(ImplicitTissue, MayBeOfSoManyNodesAndNoMore) {
+    const Result<Scene> scene = parse_scene(R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 1, "integrator": "implicit"}, "budget": "exact",
+        "bodies": {"block": {"kind": "deformable", "surface": {"shape": "box", "centre": [0, 0, 0], "extent": [40, 40, 40], "cells": 4},
+            "material": {"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000}, "coarse": {"mesher": "lattice", "surface_triangles": 12000}}},
+        "effects": ["elasticity"]})", "scenes/many.json");
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene);
+    ASSERT_FALSE(prepared.ok());
+    EXPECT_NE(prepared.error().to_string().find("bodies.block.coarse"), std::string::npos) << prepared.error().to_string();
+    EXPECT_NE(prepared.error().to_string().find("expected at most 20000"), std::string::npos) << prepared.error().to_string();
+}
+
+/// Loads a hundred times what a body bears: an answer or a sentence, never a hang, and nothing that is not finite.
+TEST(ImplicitTissue, UnderLoadsThatNothingBearsSaysSoOrBearsThem) {
+    for (const double kpa : {2.0, 20.0, 2000.0, 200000.0}) {
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}},
+            "time": {{"step": 0.02, "duration": 1, "integrator": "implicit"}}, "budget": "exact",
+            "bodies": {{"block": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 0], "extent": [40, 20, 20], "cells": 4}},
+                "material": {{"young_modulus": 20, "poisson_ratio": 0.45, "density": 1000}}, "coarse": {{"mesher": "lattice", "surface_triangles": 200}},
+                "fixed": [{{"direction": [-1, 0, 0], "fraction": 0.2}}], "loads": [{{"pressure": {}, "where": {{"direction": [1, 0, 0], "fraction": 0.2}}}}]}}}},
+            "effects": ["elasticity", "loads"]}})",
+                                                                 kpa));
+        Simulator simulator(prepared.model);
+        for (int k = 0; k < 20; ++k) {
+            const StepReport& report = simulator.step();
+            if (!report.finite) {
+                EXPECT_FALSE(report.failure.empty());
+                EXPECT_GT(kpa, 10.0) << report.failure; // as much as its Young's modulus, and more
+                break;
+            }
+            for (const Vec3& x : simulator.state().bodies[0].tissue.position) ASSERT_TRUE(x.allFinite());
+        }
+    }
+}
+
+} // namespace
+} // namespace trocar::engine
