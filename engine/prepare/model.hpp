@@ -60,7 +60,7 @@ struct BodyModel {
     bool is_free_space = false;             // hollow: around other bodies, whose surfaces its wall repeats; nothing draws it
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
-    std::optional<fem::ImplicitSystem> implicit; // of the tissue, with Integrator::Implicit
+    std::optional<fem::ImplicitSystem> implicit; // tissue that is advanced implicitly
     std::optional<std::size_t> host_body;   // deformable host body that this surface is embedded in; a vessel with a wall of its own: itself
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect
@@ -130,7 +130,7 @@ struct SceneModel {
     std::uint64_t step_count = 0;
     unsigned fixed_substeps = 0;   // fixed by the scene; 0: as many as stability needs
     unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
-    fem::Integrator integrator = fem::Integrator::Rk4;
+    fem::Integrator integrator = fem::Integrator::Rk4; // of bodies that are advanced explicitly
     BudgetLimits budget;
     bool budget_covers_step = false; // scope: the whole step, not collision alone
     std::vector<Droppable> drop;     // scope step: what may be left out of a step that would not fit, first to go first

@@ -130,12 +130,12 @@ Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const R
 void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& tissue, fem::StableStep& stable,
                    fem::StableStepWorkspace& workspace, std::vector<std::string>& notes) {
     const double asked = tissue.material.viscosity;
-    const double capped = fem::cap_viscosity(tissue, stable, scene.time.integrator);
+    const double capped = fem::cap_viscosity(tissue, stable, scene.time.explicit_rule());
     if (!body.cap_viscosity || !(capped < asked)) return;
     const double slow = stable.step;
     tissue.material.viscosity = capped;
     workspace.warm = false;
-    stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.integrator);
+    stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.explicit_rule());
     notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} ms instead of {:.3g} ms "
                                 "(material.cap_viscosity false keeps it)",
                                 asked, capped, 1e3 * stable.step, 1e3 * slow));
@@ -144,10 +144,16 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
 /// Sub-steps of a step from which on an implicit one is cheaper as a rule: docs/tissue.md.
 constexpr double kManySubsteps = 300.0;
 
-void note_substeps(const Scene& scene, const fem::TissueModel& tissue, const fem::StableStep& stable, std::vector<std::string>& notes) {
-    const double count = scene.time.step / stable.step;
-    if (scene.time.integrator == fem::Integrator::Implicit || !(count > kManySubsteps) || tissue.node_count() > fem::kMostImplicitNodes) return;
-    notes.push_back(fmt::format("{:.0f} sub-steps in a step of {:g} ms; \"integrator\": \"implicit\" (of \"time\") takes one", std::ceil(count), 1e3 * scene.time.step));
+/// With a note where the scene leaves it open, or does not take what would be cheaper.
+bool is_implicit(const Scene& scene, const fem::TissueModel& tissue, const fem::StableStep& stable, std::vector<std::string>& notes) {
+    if (scene.time.integrator == TissueSteps::Implicit) return true;
+    const double count = std::ceil(scene.time.step / stable.step);
+    if (!(count > kManySubsteps) || tissue.node_count() > fem::kMostImplicitNodes) return false;
+    const bool chosen = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
+    const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
+    notes.push_back(chosen ? fmt::format("advanced implicitly, since there would be {}; \"integrator\": \"rk4\" (of \"time\") takes them", many)
+                           : fmt::format("{}; \"integrator\": \"implicit\" (of \"time\") takes one", many));
+    return chosen;
 }
 
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
@@ -301,10 +307,10 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
         if (const std::string misfit = find_misfit(*mesh, model.surface, links->max_length); !misfit.empty())
             return scene_error(scene, key + ".coarse", fmt::format("{}: {}", body.coarse.file.string(), misfit));
     fem::StableStepWorkspace workspace;
-    fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.integrator);
+    fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.explicit_rule());
     cap_viscosity(scene, body, *tissue, stable, workspace, summary.notes);
     summary.stable_step_s = stable.step;
-    if (scene.time.integrator == fem::Integrator::Implicit) {
+    if (is_implicit(scene, *tissue, stable, summary.notes)) {
         Result<fem::ImplicitSystem> system = fem::make_implicit_system(*tissue, scene.time.step / std::max(1u, scene.time.substeps));
         if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message + ", as time.integrator says");
         model.implicit = std::move(*system);
@@ -326,7 +332,6 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
     if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
     if (!model.implicit) note_sliver(*mesh, stable, summary.notes);
-    note_substeps(scene, *tissue, stable, summary.notes);
     model.node_give = find_node_give(*tissue, scene.time.step);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);

@@ -188,7 +188,7 @@ void fill_settings(const Scene& scene, SceneModel& model) {
     model.step_count = scene.time.step_count();
     model.fixed_substeps = scene.time.substeps;
     model.max_substeps = scene.time.max_substeps;
-    model.integrator = scene.time.integrator;
+    model.integrator = scene.time.explicit_rule();
     model.budget = scene.budget.limits;
     model.budget_covers_step = scene.budget.scope == BudgetScope::Step;
     model.drop = scene.budget.drop;

@@ -241,14 +241,21 @@ struct SceneInstrument {
     std::optional<FollowSpec> follow; // with a path of `run --path`: what the tip is measured against
 };
 
+/// How tissue is advanced. Auto: body by body, Runge-Kutta 4, or implicitly where that would take very many sub-steps.
+enum class TissueSteps : std::uint8_t { Auto, Rk4, Leapfrog, Implicit };
+
 struct TimeSpec {
     double step = 0.01;            // s
     double duration = 0.0;         // s
     unsigned substeps = 0;         // of the tissue's integration; 0: as many as stability asks for
     unsigned max_substeps = 10000; // a scene that needs more is stopped
-    fem::Integrator integrator = fem::Integrator::Rk4;
+    TissueSteps integrator = TissueSteps::Auto;
     std::optional<PaceSpec> pace; // of `run` against the clock; none: as fast as it goes
 
+    /// Of bodies that are advanced explicitly. With Implicit: of those that press on one another.
+    [[nodiscard]] fem::Integrator explicit_rule() const noexcept {
+        return integrator == TissueSteps::Leapfrog || integrator == TissueSteps::Implicit ? fem::Integrator::Leapfrog : fem::Integrator::Rk4;
+    }
     /// Steps that cover the duration.
     [[nodiscard]] std::size_t step_count() const noexcept;
 };

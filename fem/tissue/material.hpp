@@ -77,9 +77,8 @@ struct LawConstants {
 inline constexpr double kLeastOgdenSquare = 0.09, kMostOgdenSquare = 100.0; // [-] squared stretches: OgdenLaw
 inline constexpr double kMostFibreExponent = 6.0;                           // [-] k2 E^2 of a fibre: HgoLaw
 
-/// Which rule carries the tissue over a sub-step. Implicit is implicit.hpp's; where bodies press on one another, and wherever a stable step is asked for,
-/// it stands for leapfrog, by which they are advanced side by side.
-enum class Integrator : std::uint8_t { Rk4, Leapfrog, Implicit };
+/// Which explicit rule carries the tissue over a sub-step. (Implicit steps: implicit.hpp.)
+enum class Integrator : std::uint8_t { Rk4, Leapfrog };
 
 /// Finite and in range, or BadValue naming the field and the value found.
 [[nodiscard]] Result<void> check_material(const Material& material);

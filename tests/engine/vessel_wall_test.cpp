@@ -256,11 +256,21 @@ TEST(VesselWall, HoweverStiffAndThinTakesOneImplicitSubstep) {
         force = report.contact_force_n;
     }
     EXPECT_GT(force, 1e-3);
-    wall.integrator = "leapfrog";
-    const PreparedScene explicitly = test::prepare(wall_scene(wall));
-    bool said = false;
-    for (const std::string& note : explicitly.bodies[0].notes) said = said || note.find("\"implicit\"") != std::string::npos;
-    EXPECT_TRUE(said);
+    const auto says = [&](const char* integrator, const char* words) {
+        wall.integrator = integrator;
+        const PreparedScene other = test::prepare(wall_scene(wall));
+        EXPECT_EQ(other.model.bodies[0].implicit.has_value(), std::string(integrator) == "auto");
+        for (const std::string& note : other.bodies[0].notes)
+            if (note.find(words) != std::string::npos) return true;
+        return false;
+    };
+    EXPECT_TRUE(says("auto", "advanced implicitly"));
+    EXPECT_TRUE(says("leapfrog", "takes one"));
+    wall.thickness = 1.0, wall.young_kpa = 20.0;
+    wall.integrator = "auto"; // few sub-steps: explicit, and nothing is said
+    const PreparedScene soft = test::prepare(wall_scene(wall));
+    EXPECT_FALSE(soft.model.bodies[0].implicit.has_value());
+    for (const std::string& note : soft.bodies[0].notes) EXPECT_EQ(note.find("implicit"), std::string::npos) << note;
 }
 
 TEST(VesselWall, IsRefusedWhereItIsNone) {

@@ -20,9 +20,11 @@ const EffectDescriptor elasticity{
         }
         const bool on = scene.effects.elasticity;
         if (bodies == 0) return {false, kNothingDeforms};
-        const char* integrator = model.integrator == fem::Integrator::Rk4        ? "Runge-Kutta 4"
-                                 : model.integrator == fem::Integrator::Leapfrog ? "leapfrog"
-                                                                                 : "implicit";
+        std::size_t implicit = 0;
+        for (const BodyModel& body : model.bodies) implicit += body.implicit.has_value();
+        std::string integrator = model.integrator == fem::Integrator::Rk4 ? "Runge-Kutta 4" : "leapfrog";
+        if (implicit == bodies) integrator = "implicit";
+        if (implicit > 0 && implicit < bodies) integrator += fmt::format(", {} of them implicit", implicit);
         return {on, listed(on, fmt::format("{} bodies, {} tetrahedra, {}", bodies, tets, integrator))};
     },
     .scale = [](EffectSet& live, double share) { live.elasticity = live.elasticity && share > 0.0; },
