@@ -142,7 +142,7 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
 }
 
 /// Sub-steps of a step from which on an implicit one is cheaper as a rule: docs/tissue.md.
-constexpr double kManySubsteps = 300.0;
+constexpr double kManySubsteps = 100.0;
 
 /// With a note where the scene leaves it open, or does not take what would be cheaper.
 bool is_implicit(const Scene& scene, const fem::TissueModel& tissue, const fem::StableStep& stable, std::vector<std::string>& notes) {
@@ -308,9 +308,16 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
             return scene_error(scene, key + ".coarse", fmt::format("{}: {}", body.coarse.file.string(), misfit));
     fem::StableStepWorkspace workspace;
     fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.explicit_rule());
-    cap_viscosity(scene, body, *tissue, stable, workspace, summary.notes);
+    const double viscosity = tissue->material.viscosity;
+    std::vector<std::string> cap_notes;
+    cap_viscosity(scene, body, *tissue, stable, workspace, cap_notes);
+    const bool implicit = is_implicit(scene, *tissue, stable, summary.notes);
+    if (implicit)
+        tissue->material.viscosity = viscosity; // it sets no step
+    else
+        summary.notes.insert(summary.notes.end(), cap_notes.begin(), cap_notes.end());
     summary.stable_step_s = stable.step;
-    if (is_implicit(scene, *tissue, stable, summary.notes)) {
+    if (implicit) {
         Result<fem::ImplicitSystem> system = fem::make_implicit_system(*tissue, scene.time.step / std::max(1u, scene.time.substeps));
         if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message + ", as time.integrator says");
         model.implicit = std::move(*system);
