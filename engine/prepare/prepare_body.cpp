@@ -429,6 +429,16 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     return {};
 }
 
+Result<std::optional<fem::RigidLinks>> link_to_host(const Scene& scene, const CoarseBodies& coarse, const SceneModel& model, std::size_t vessel,
+                                                    std::span<const Vec3> points) {
+    const std::optional<std::size_t> host = model.bodies[vessel].host_body;
+    if (!host) return std::optional<fem::RigidLinks>();
+    Result<fem::RigidLinks> links = *host == vessel ? fem::make_middle_links(coarse.meshes[*host], points)
+                                                    : fem::make_embedded_links(coarse.meshes[*host], points, scene.bodies[vessel].blend);
+    if (!links.ok()) return links.error();
+    return std::optional<fem::RigidLinks>(std::move(*links));
+}
+
 Result<void> embed_in_host(const Scene& scene, std::size_t index, const CoarseBodies& coarse, PreparedScene& prepared) {
     const SceneBody& body = scene.bodies[index];
     BodyModel& model = prepared.model.bodies[index];

@@ -11,6 +11,11 @@ struct CoarseBodies {
     std::vector<TetMesh> meshes; // [body_count], empty where a body does not deform
 };
 
+/// Links of what lies in a vessel whose host deforms: points of its middle hang on the wall around them where the vessel is its own host, and in the
+/// organ's tetrahedra otherwise. None: it has no host.
+[[nodiscard]] Result<std::optional<fem::RigidLinks>> link_to_host(const Scene& scene, const CoarseBodies& coarse, const SceneModel& model, std::size_t vessel,
+                                                                  std::span<const Vec3> points);
+
 /// Everything but the links of embedded surfaces. Appends to prepared.model.bodies and prepared.bodies.
 [[nodiscard]] Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse,
                                         PreparedScene& prepared);

@@ -52,12 +52,9 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         radii.push_back(point.radius);
     }
     model.route = make_route(std::move(points), std::move(radii));
-    if (const auto host_body = prepared.model.bodies[model.lumen].host_body) {
-        auto links = *host_body == model.lumen ? fem::make_middle_links(coarse.meshes[*host_body], model.route->points)
-                                               : fem::make_embedded_links(coarse.meshes[*host_body], model.route->points, scene.bodies[model.lumen].blend);
-        if (!links.ok()) return links.error();
-        model.route_links = std::move(*links);
-    }
+    auto links = link_to_host(scene, coarse, prepared.model, model.lumen, model.route->points);
+    if (!links.ok()) return links.error();
+    model.route_links = std::move(*links);
     model.follow = spec.follow->settings;
     return {};
 }

@@ -1,6 +1,7 @@
 #include "engine/prepare/vessel_flow.hpp"
 
 #include "engine/prepare/geometry_cache.hpp"
+#include "engine/prepare/prepare_body.hpp"
 
 #include <fmt/format.h>
 
@@ -27,14 +28,9 @@ Result<void> prepare_vessel_flow(const EffectPreparation& preparation, const std
                 tree = make_or_read_centreline(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
             if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
             vessel.blood = make_blood_flow(*tree, speed);
-            if (vessel.host_body) {
-                const TetMesh& host = coarse.meshes[*vessel.host_body];
-                auto links = *vessel.host_body == instrument.lumen
-                                 ? fem::make_middle_links(host, vessel.blood->points)
-                                 : fem::make_embedded_links(host, vessel.blood->points, scene.bodies[instrument.lumen].blend);
-                if (!links.ok()) return links.error();
-                vessel.blood->links = std::move(*links);
-            }
+            auto links = link_to_host(scene, coarse, prepared.model, instrument.lumen, vessel.blood->points);
+            if (!links.ok()) return links.error();
+            vessel.blood->links = std::move(*links);
         }
         instrument.flow_entry = find_flow_point(*vessel.blood, instrument.port.position);
     }
