@@ -11,6 +11,7 @@
 #include "engine/prepare/sharp_edges.hpp"
 #include "engine/prepare/tissue_regions.hpp"
 #include "engine/scene/scene_size.hpp"
+#include "fem/tissue/relaxation.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
 #include "fem/mesh/wall_mesh.hpp"
@@ -141,19 +142,54 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
                                 asked, capped, 1e3 * stable.step, 1e3 * slow));
 }
 
-/// Sub-steps of a step from which on an implicit one is cheaper as a rule: docs/tissue.md.
-constexpr double kManySubsteps = 100.0;
+/// Beyond this the factor takes minutes, and a step seconds.
+constexpr std::size_t kMostImplicit = 5000;
 
-/// With a note where the scene leaves it open, or does not take what would be cheaper.
-bool is_implicit(const Scene& scene, const fem::TissueModel& tissue, const fem::StableStep& stable, std::vector<std::string>& notes) {
-    if (scene.time.integrator == TissueSteps::Implicit) return true;
-    const double count = std::ceil(scene.time.step / stable.step);
-    if (!(count > kManySubsteps) || tissue.node_count() > fem::kMostImplicitNodes) return false;
-    const bool chosen = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
-    const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
-    notes.push_back(chosen ? fmt::format("advanced implicitly, since there would be {}; \"integrator\": \"rk4\" (of \"time\") takes them", many)
-                           : fmt::format("{}; \"integrator\": \"implicit\" (of \"time\") takes one", many));
-    return chosen;
+/// Whether "auto" may choose implicit steps: of bodies that are held somewhere, since others lose their spin in long steps, without branches that relax.
+bool may_be_implicit(const fem::TissueModel& tissue) noexcept {
+    return !tissue.pinned.empty() && tissue.node_count() <= kMostImplicit && fem::relaxation_size(tissue) == 0;
+}
+
+/// Explicit sub-steps of a step from which on an implicit one is cheaper: about 80 force evaluations and 80 solves against four evaluations each (docs/tissue.md).
+double many_substeps(const fem::TissueModel& tissue, const fem::ImplicitSystem& system) noexcept {
+    return std::max(100.0, 40.0 + 8.0 * static_cast<double>(system.factor.below.size()) / static_cast<double>(tissue.tet_count()));
+}
+
+/// The branch that relaxes fastest; infinite: there is none.
+double least_tau(const fem::Material& m) noexcept {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [share, tau] : {std::pair{m.g1, m.tau1}, {m.g2, m.tau2}, {m.g3, m.tau3}})
+        if (share > 0.0) least = std::min(least, tau);
+    return least;
+}
+
+/// Of a body that is advanced implicitly: as the scene asks, or as "auto" finds it cheaper, with a note.
+Result<std::optional<fem::ImplicitSystem>> choose_implicit(const Scene& scene, const std::string& key, const fem::TissueModel& tissue,
+                                                           const fem::StableStep& stable, std::vector<std::string>& notes) {
+    const double substep = scene.time.step / std::max(1u, scene.time.substeps), count = std::ceil(scene.time.step / stable.step);
+    if (scene.time.integrator == TissueSteps::Implicit) {
+        if (tissue.node_count() > kMostImplicit)
+            return scene_error(scene, key + ".coarse",
+                               fmt::format("found {} nodes; expected at most {} of a body that is advanced implicitly, as time.integrator says", tissue.node_count(), kMostImplicit));
+        if (const double tau = least_tau(tissue.material); tau < substep)
+            return scene_error(scene, key + ".material",
+                               fmt::format("found a branch that relaxes in {:.3g} s; expected at least a sub-step of {:g} s of a body that is advanced implicitly, as "
+                                           "time.integrator says",
+                                           tau, substep));
+    } else if (!(count > 100.0) || !may_be_implicit(tissue)) {
+        return std::optional<fem::ImplicitSystem>();
+    }
+    Result<fem::ImplicitSystem> system = fem::make_implicit_system(tissue, substep);
+    if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message);
+    if (scene.time.integrator != TissueSteps::Implicit) {
+        if (!(count > many_substeps(tissue, *system))) return std::optional<fem::ImplicitSystem>();
+        const bool chosen = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
+        const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
+        notes.push_back(chosen ? fmt::format("advanced implicitly, since there would be {}; \"integrator\": \"rk4\" (of \"time\") takes them", many)
+                               : fmt::format("{}; \"integrator\": \"implicit\" (of \"time\") takes one as a rule", many));
+        if (!chosen) return std::optional<fem::ImplicitSystem>();
+    }
+    return std::optional<fem::ImplicitSystem>(std::move(*system));
 }
 
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
@@ -308,20 +344,19 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
             return scene_error(scene, key + ".coarse", fmt::format("{}: {}", body.coarse.file.string(), misfit));
     fem::StableStepWorkspace workspace;
     fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.explicit_rule());
-    const double viscosity = tissue->material.viscosity;
+    const double asked_viscosity = tissue->material.viscosity;
     std::vector<std::string> cap_notes;
     cap_viscosity(scene, body, *tissue, stable, workspace, cap_notes);
-    const bool implicit = is_implicit(scene, *tissue, stable, summary.notes);
-    if (implicit)
-        tissue->material.viscosity = viscosity; // it sets no step
-    else
-        summary.notes.insert(summary.notes.end(), cap_notes.begin(), cap_notes.end());
+    const double capped_viscosity = std::exchange(tissue->material.viscosity, asked_viscosity);
+    auto implicit = choose_implicit(scene, key, *tissue, stable, summary.notes);
+    if (!implicit.ok()) return implicit.error();
+    model.implicit = std::move(*implicit);
     summary.stable_step_s = stable.step;
-    if (implicit) {
-        Result<fem::ImplicitSystem> system = fem::make_implicit_system(*tissue, scene.time.step / std::max(1u, scene.time.substeps));
-        if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message + ", as time.integrator says");
-        model.implicit = std::move(*system);
-    } else if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
+    if (!model.implicit) { // or it sets no step
+        tissue->material.viscosity = capped_viscosity;
+        summary.notes.insert(summary.notes.end(), cap_notes.begin(), cap_notes.end());
+    }
+    if (!model.implicit && scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
         return scene_error(scene, "time.substeps",
                            fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "
                                        "or \"auto\"",

@@ -11,10 +11,14 @@ namespace trocar::fem {
 namespace {
 
 constexpr double kSolved = 1e-7;               // of an edge: a correction of no node is larger
+constexpr double kShare = 1e-3;                // nor than this of the stage's first correction, however small that is
+constexpr double kRounding = 1e-12;            // of an edge: nothing is to be corrected
 constexpr double kOvershoot = 0.5;             // of the slope along a Newton step: beyond it the step is shortened
 constexpr double kInner = 0.03;                              // of the natural norm: where a linear solve ends
 constexpr int kMostNewton = 25, kMostIterations = 200, kMostTrials = 8;
+constexpr int kMostPolish = 6;       // Newton steps after the correction is small, for the sake of kShare
 constexpr unsigned kMostParts = 64; // of a sub-step
+constexpr unsigned kMostWork = 6000; // iterations of all linear solves of a call; a call that has more is given up
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
     double sum = 0.0;
@@ -22,11 +26,16 @@ double dot(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
     return sum;
 }
 
+/// Not finite where one of them is not.
 double largest(std::span<const Vec3> field) noexcept {
     double most = 0.0;
-    for (const Vec3& v : field) most = std::max(most, v.squaredNorm());
+    for (const Vec3& v : field)
+        if (const double size = v.squaredNorm(); !(size <= most)) most = size;
     return std::sqrt(most);
 }
+
+/// Whether TetKernel::Stiffness is the derivative of the forces, not a bound on it.
+bool has_exact_tangent(MaterialLaw law) noexcept { return law != MaterialLaw::Hgo && law != MaterialLaw::Ogden; }
 
 struct ImplicitStage {
     const Substep& s;
@@ -76,6 +85,24 @@ struct ImplicitStage {
             if (per_mass(node) > 0.0) iw.product[node] -= scale * sum_partial(s.model.plan, s.w.partial, node);
     }
 
+    /// K d by a central difference of forces: of laws whose product is a bound on their derivative, for stable steps.
+    void add_difference(std::span<const Vec3> d) const noexcept {
+        const double reach_m = largest(d);
+        if (!(reach_m > 0.0)) return;
+        const double far = 1e-6 * system.edge / reach_m;
+        const TetJob job = make_tet_job(s.model, TetKernel::Force, s.w.threads);
+        for (const double side : {1.0, -1.0}) {
+            for (std::size_t node = 0; node < d.size(); ++node)
+                for (int axis = 0; axis < 3; ++axis) iw.probe[node].x[axis] = s.w.stage[node].x[axis] + side * far * d[node][axis];
+            (void)run_tets(s.model.plan, job, iw.probe, s.w.partial);
+            ++s.w.evaluations;
+            for (std::size_t node = 0; node < d.size(); ++node)
+                if (per_mass(node) > 0.0) iw.product[node] -= side * 0.5 / far * sum_partial(s.model.plan, s.w.partial, node);
+        }
+        for (std::size_t node = 0; node < d.size(); ++node)
+            for (int axis = 0; axis < 3; ++axis) iw.probe[node].x[axis] = s.w.stage[node].x[axis];
+    }
+
     /// A face that turns and grows takes its pressure along. Symmetric but for the rims of what is pressed.
     void add_pressures(std::span<const Vec3> d) const noexcept {
         const ForcePlan& plan = s.model.plan;
@@ -114,7 +141,10 @@ struct ImplicitStage {
                 iw.probe[node].v[axis] = d[node][axis];
             }
         }
-        add_kernel(TetKernel::Stiffness, 1.0);
+        if (has_exact_tangent(s.model.material.law))
+            add_kernel(TetKernel::Stiffness, 1.0);
+        else
+            add_difference(d);
         if (s.model.material.viscosity > 0.0) add_kernel(TetKernel::Damping, 1.0 / reach);
         if (s.inputs.springs != nullptr)
             add_spring_product(*s.inputs.springs, s.time + since, 1.0 / reach, s.model.plan, s.w.stage, d, iw.product);
@@ -151,19 +181,27 @@ struct ImplicitStage {
         return count;
     }
 
+    void forget_bad() const noexcept { s.report.first_bad_node = s.report.first_bad_tet = kNoIndex; }
+
     enum class Outcome : std::uint8_t { Solved, NotFinite, Stuck };
 
     /// w.stage holds a guess, and then where the stage ends.
     Outcome run(ImplicitReport& report) const noexcept {
         if (!find_residual()) return Outcome::NotFinite;
         double size = dot(iw.residual, iw.correction);
-        for (int round = 0; round < kMostNewton; ++round) {
-            if (largest(iw.correction) <= kSolved * system.edge) return Outcome::Solved;
+        const double small = kSolved * system.edge;
+        const double wanted = std::clamp(kShare * largest(iw.correction), kRounding * system.edge, small);
+        if (largest(iw.correction) <= kRounding * system.edge) return Outcome::Solved;
+        int polish = 0;
+        for (int round = 0; round < kMostNewton && report.iterations < kMostWork; ++round) {
+            const double left = largest(iw.correction);
+            if (round > 0 && left <= wanted) return Outcome::Solved;
+            if (left <= small && polish++ == kMostPolish) return Outcome::Solved;
             ++report.newton;
             report.iterations += solve(size);
             for (std::size_t node = 0; node < iw.before.size(); ++node) iw.before[node] = Vec3(s.w.stage[node].x);
             const double downhill = dot(iw.residual, iw.step);
-            if (!(downhill > 0.0)) return Outcome::Stuck;
+            if (!(downhill > 0.0)) return left <= small ? Outcome::Solved : Outcome::Stuck;
             double share = 1.0;
             for (int trial = 0;; ++trial) {
                 for (std::size_t node = 0; node < iw.before.size(); ++node)
@@ -172,15 +210,15 @@ struct ImplicitStage {
                 const double slope = finite ? dot(iw.residual, iw.step) : 0.0;
                 if (finite && slope >= -kOvershoot * downhill) break;
                 if (trial == kMostTrials) {
-                    s.report.first_bad_node = kNoIndex;
-                    return Outcome::Stuck;
+                    forget_bad();
+                    return finite && largest(iw.correction) <= small ? Outcome::Solved : Outcome::Stuck;
                 }
                 share *= finite ? std::clamp(downhill / (downhill - slope), 0.1, 0.7) : 0.25;
             }
             size = dot(iw.residual, iw.correction);
-            s.report.first_bad_node = kNoIndex; // a place that was tried and not taken
+            forget_bad(); // a place that was tried and not taken
         }
-        return largest(iw.correction) <= kSolved * system.edge ? Outcome::Solved : Outcome::Stuck;
+        return largest(iw.correction) <= small ? Outcome::Solved : Outcome::Stuck;
     }
 };
 
@@ -248,15 +286,16 @@ ImplicitReport advance_implicitly(const TissueModel& model, const ImplicitSystem
             advance.last_substep = h;
             if (advance.tightest.step == 0.0 || h < advance.tightest.step) advance.tightest.step = h;
             time = step - time - h > 1e-9 * step ? time + h : step;
+            h = std::min(2.0 * h, whole);
             continue;
         }
-        if (h <= 1.5 * shortest) {
-            report.unsolved = largest(iw.correction);
+        if (h <= 1.5 * shortest || report.iterations >= kMostWork) {
+            if (outcome == ImplicitStage::Outcome::Stuck) report.unsolved = largest(iw.correction);
             advance.refused = outcome == ImplicitStage::Outcome::Stuck;
             advance.last_substep = h;
             break;
         }
-        advance.integrate.first_bad_node = kNoIndex;
+        advance.integrate.first_bad_node = advance.integrate.first_bad_tet = kNoIndex;
         ++advance.rejected;
         h *= 0.5;
     }

@@ -4,11 +4,11 @@
 // what swings faster than the sub-step is damped away). A stage looks for the nodes' places x with
 //   r(x) = f(x, v) + springs + pressures + loads + m g - mass_damping m v - m (v - v0) / (g h) = 0,      v = (x - x0) / (g h)
 // by Newton's method. The linear systems A d = r, A = M ((g h)^-2 + mass_damping (g h)^-1) + K(x) + C(x) (g h)^-1 + springs, are solved by
-// conjugate gradients with the tissue's exact tangent product (TetKernel::Stiffness), preconditioned by the sparse factor of A at rest,
-// which is found once. A Newton step is shortened where what
-// is left would push back along it: every force but viscosity's and the rims of what is under pressure has an energy, which falls that way.
+// conjugate gradients with the tissue's tangent product (TetKernel::Stiffness; of Ogden's law and of fibres, where that is a bound, a central difference of
+// the forces), preconditioned by the sparse factor of A at rest, which is found once. A Newton step is shortened where what is left would push back along it: every force but viscosity's and the rims of what is under pressure has an energy, which falls that way.
 //
-// This work is based on: Baraff & Witkin 1998 (implicit steps by conjugate gradients); Alexander 1977 (the two stages). Deviates: no linearised single step, so that what is left over is known and bounded.
+// This work is based on: Baraff & Witkin 1998 (implicit steps by conjugate gradients); Alexander 1977 (the two stages). Deviates: Newton's method to its end, not
+// one linearised step. A stage ends where the next correction, by the factor at rest, is below 1e-7 of an edge and below 1e-3 of its first one.
 #pragma once
 
 #include "fem/tissue/implicit_system.hpp"
@@ -30,7 +30,8 @@ struct ImplicitReport {
     double unsolved = 0.0;        // m, what was left where the shortest sub-step did not converge either; 0: all did
 };
 
-/// Over `step` s in `substeps` equal sub-steps; one that does not converge is taken again in two halves, down to 1/64 of it. Deterministic; allocates in the
+/// Over `step` s in `substeps` equal sub-steps; one that does not converge is taken again at half its length, down to 1/64; refused where
+/// that does not converge either, or takes too many iterations. Then the state is where it got to. Deterministic; allocates in the
 /// first call only. What relaxes (Maxwell branches) follows at the end of a sub-step.
 ImplicitReport advance_implicitly(const TissueModel& model, const ImplicitSystem& system, TissueState& state, double step, unsigned substeps,
                                   const IntegrateInputs& inputs, RkWorkspace& workspace, ImplicitWorkspace& implicit);

@@ -8,7 +8,7 @@ static bool is_damped(const BodyModel& body) {
     return body.tissue && (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0);
 }
 
-/// The same tissue of a material without viscosity and drag: nothing else of a model is made of them.
+/// The same tissue of a material without viscosity and drag: nothing else of a model is made of them but what preconditions implicit steps, which may be another.
 static void remove_damping(BodyModel& body) { body.tissue->material.viscosity = body.tissue->material.mass_damping = 0.0; }
 
 const EffectDescriptor damping{

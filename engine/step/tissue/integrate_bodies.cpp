@@ -1,6 +1,6 @@
 // The tissue's part of a step: bodies that touch nothing by themselves, those that touch side by side.
 //
-// A body by itself takes the sub-steps that it needs (fem::advance), or one implicit one (fem::advance_implicitly). Contacts that pressed at the end of the last step, and those that
+// A body by itself takes the sub-steps that it needs (fem::advance), or one implicit one (fem::advance_implicitly; where it does not converge, explicit ones after all). Contacts that pressed at the end of the last step, and those that
 // the bodies' free motion would pass, join bodies to islands; an island is put back to the step's start and advanced with one sub-step for
 // all of its bodies, and impulses between them (fem::TissueLockstep, ContactSolver). An island in which nothing pressed after all keeps
 // the free motion: what touches nothing moves as without contact, to the bit.
@@ -20,12 +20,16 @@ namespace trocar::engine {
 
 namespace {
 
-fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state,
-                                TissueScratch& scratch) {
-    if (body.implicit)
-        return fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs, scratch.rk,
-                                       scratch.implicit)
-            .advance;
+/// start: of the step, where an implicit step that does not converge goes back to: explicit sub-steps take its place.
+fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::TissueState& start, const fem::IntegrateInputs& inputs,
+                                BodyState& state, TissueScratch& scratch) {
+    if (body.implicit) {
+        fem::AdvanceReport done = fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs,
+                                                          scratch.rk, scratch.implicit)
+                                      .advance;
+        if (!done.refused) return done;
+        state.tissue = start;
+    }
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
@@ -45,14 +49,10 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
 /// Empty while all went well.
 std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
     const fem::IntegrateReport& end = done.integrate;
-    if (done.refused && body.implicit)
-        return fmt::format("{}: an implicit sub-step of {:.3g} s does not converge, at a smallest volume of {:.3g} of rest; expected a shorter time.step, less load, "
-                           "or softer contact",
-                           body.name, done.last_substep, end.min_volume_ratio);
     if (done.refused) {
         const bool by_contact = done.tightest.omega_max > 2.0 * done.tightest.tissue_omega;
-        return fmt::format("{}: the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
-                           done.tightest.step, model.max_substeps, model.step_s,
+        return fmt::format("{}: {}the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
+                           body.implicit ? "an implicit step does not converge, and of explicit ones " : "", done.tightest.step, model.max_substeps, model.step_s,
                            by_contact
                                ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
                                              "contact.solid_stiffness), or a coarser coarse mesh")
@@ -90,9 +90,9 @@ void load_body(const EffectStep& step, std::size_t body, State& state, TissueScr
     if (!scratch.springs.springs.empty()) fem::append_springs(contact, scratch.springs);
 }
 
-void integrate_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
+void integrate_body(const EffectStep& step, std::size_t body, const fem::TissueState& start, State& state, TissueScratch& scratch) {
     load_body(step, body, state, scratch);
-    scratch.advanced = advance_body(step.model, step.model.bodies[body], scratch.inputs, state.bodies[body], scratch);
+    scratch.advanced = advance_body(step.model, step.model.bodies[body], start, scratch.inputs, state.bodies[body], scratch);
 }
 
 /// Adds what the body's integration came to.
@@ -126,7 +126,7 @@ struct Stage {
 void integrate_free(const Stage& s) {
     const auto is_free = [&](std::size_t i) { return s.is_tissue(i) && s.bodies.islands.body[i].is_free; };
     for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
-        if (is_free(i)) integrate_body(s.effects(), i, s.state, s.bodies.tissue[i]);
+        if (is_free(i)) integrate_body(s.effects(), i, s.bodies.start[i].tissue, s.state, s.bodies.tissue[i]);
 }
 
 /// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
