@@ -38,7 +38,7 @@ struct TimeKeys {
             key(s.max_substeps, count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")),
             key(s.integrator, choice_field("integrator", {"auto", "rk4", "leapfrog", "implicit"},
                                            "Of the tissue: Runge-Kutta 4, leapfrog with a third of its evaluations and second order, or an implicit rule of second "
-                                           "order that takes one sub-step however stiff or thin the tissue is, and damps what swings faster. auto: rk4, but implicit for "
+                                           "order that takes one sub-step as a rule, however stiff or thin the tissue is, and damps what is faster. auto: rk4, but implicit for held "
                                            "bodies of which a step would have more than 100 sub-steps; explain says which.")),
             object_key<PaceKeys>(
                 s.pace, object_field("pace", table_of<PaceKeys>(), "When steps of a run begin; as soon as they can when absent.")));

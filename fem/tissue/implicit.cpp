@@ -11,7 +11,7 @@ namespace trocar::fem {
 namespace {
 
 constexpr double kSolved = 1e-7;               // of an edge: a correction of no node is larger
-constexpr double kShare = 1e-3;                // nor than this of the stage's first correction, however small that is
+constexpr double kShare = 1e-2;                // nor than this of the stage's first correction, however small that is
 constexpr double kRounding = 1e-12;            // of an edge: nothing is to be corrected
 constexpr double kOvershoot = 0.5;             // of the slope along a Newton step: beyond it the step is shortened
 constexpr double kInner = 0.03;                              // of the natural norm: where a linear solve ends

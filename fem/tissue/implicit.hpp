@@ -8,7 +8,7 @@
 // the forces), preconditioned by the sparse factor of A at rest, which is found once. A Newton step is shortened where what is left would push back along it: every force but viscosity's and the rims of what is under pressure has an energy, which falls that way.
 //
 // This work is based on: Baraff & Witkin 1998 (implicit steps by conjugate gradients); Alexander 1977 (the two stages). Deviates: Newton's method to its end, not
-// one linearised step. A stage ends where the next correction, by the factor at rest, is below 1e-7 of an edge and below 1e-3 of its first one.
+// one linearised step. A stage ends where the next correction, by the factor at rest, is below 1e-7 of an edge and below 1e-2 of its first one.
 #pragma once
 
 #include "fem/tissue/implicit_system.hpp"
