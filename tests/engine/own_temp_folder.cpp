@@ -9,11 +9,12 @@ namespace {
 class OwnTempFolder : public ::testing::Environment {
 public:
     void SetUp() override {
+        if (std::getenv("TEST_TMPDIR") != nullptr) return; // asked for, or that of the program whose death test this is
         folder_ = std::make_unique<TempFolder>();
         setenv("TEST_TMPDIR", folder_->path().c_str(), 1); // what testing::TempDir() answers
     }
     void TearDown() override {
-        unsetenv("TEST_TMPDIR");
+        if (folder_) unsetenv("TEST_TMPDIR");
         folder_.reset();
     }
 

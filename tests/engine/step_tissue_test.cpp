@@ -211,6 +211,10 @@ TEST(Breathing, IsSmoothFromNothingToAllAndBack) {
 TEST(Stop, AViscosityThatNeedsEndlessSubStepsStopsWithTheNumberAndTheElement) {
     std::string text = kHeldBar;
     text.replace(text.find("\"viscosity\": 0.005"), 18, "\"viscosity\": 90, \"cap_viscosity\": false");
+    const PreparedScene chosen = test::prepare(text);
+    Simulator by_default(chosen.model); // implicit, which it does not keep from anything
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(by_default.step().substeps, 1u);
+    text.replace(text.find("\"duration\": 4"), 13, "\"duration\": 4, \"integrator\": \"rk4\"");
     const PreparedScene prepared = test::prepare(text);
     ASSERT_EQ(prepared.model.bodies.size(), 1u);
     Simulator simulator(prepared.model);
