@@ -10,14 +10,14 @@ namespace trocar::fem {
 
 namespace {
 
-constexpr double kSolved = 1e-7;               // of an edge: a correction of no node is larger
-constexpr double kShare = 1e-2;                // nor than this of the stage's first correction, however small that is
-constexpr double kRounding = 1e-12;            // of an edge: nothing is to be corrected
-constexpr double kOvershoot = 0.5;             // of the slope along a Newton step: beyond it the step is shortened
-constexpr double kInner = 0.03;                              // of the natural norm: where a linear solve ends
+constexpr double kSolved = 1e-7;    // of an edge: a correction of no node is larger
+constexpr double kShare = 1e-2;     // nor than this of the stage's first correction, however small that is
+constexpr double kRounding = 1e-12; // of an edge: nothing is to be corrected
+constexpr double kOvershoot = 0.5;  // of the slope along a Newton step: beyond it the step is shortened
+constexpr double kInner = 0.03;     // of the residual's norm by A0^-1: where a linear solve ends
 constexpr int kMostNewton = 25, kMostIterations = 200, kMostTrials = 8;
 constexpr int kMostPolish = 6;       // Newton steps after the correction is small, for the sake of kShare
-constexpr unsigned kMostParts = 64; // of a sub-step
+constexpr unsigned kMostParts = 64;  // of a sub-step
 constexpr unsigned kMostWork = 6000; // iterations of all linear solves of a call; a call that has more is given up
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {

@@ -1,6 +1,7 @@
 // The tissue's part of a step: bodies that touch nothing by themselves, those that touch side by side.
 //
-// A body by itself takes the sub-steps that it needs (fem::advance), or one implicit one (fem::advance_implicitly; where it does not converge, explicit ones after all). Contacts that pressed at the end of the last step, and those that
+// A body by itself takes the sub-steps that it needs (fem::advance), or one implicit one (fem::advance_implicitly; where it does not
+// converge, explicit ones after all). Contacts that pressed at the end of the last step, and those that
 // the bodies' free motion would pass, join bodies to islands; an island is put back to the step's start and advanced with one sub-step for
 // all of its bodies, and impulses between them (fem::TissueLockstep, ContactSolver). An island in which nothing pressed after all keeps
 // the free motion: what touches nothing moves as without contact, to the bit.
@@ -27,7 +28,7 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
         fem::AdvanceReport done = fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs,
                                                           scratch.rk, scratch.implicit)
                                       .advance;
-        if (!done.refused) return done;
+        if (!done.refused && done.integrate.finite()) return done;
         state.tissue = start;
     }
     fem::SubstepLimits limits;
