@@ -14,11 +14,6 @@ namespace {
 /// Of the inner rod's segment; a node closer to the outer tip lies on its axis still, so that no piece of the chain is shorter.
 constexpr double kShortestPiece = 0.25;
 
-/// Arc length of node i from the port, m; negative behind it.
-double arc_of(const RodModel& model, double insertion, double i) noexcept {
-    return insertion - (static_cast<double>(model.node_count() - 1) - i) * model.segment;
-}
-
 /// N m^2, of the inner node nearest to arc length s that bends.
 double bending_at(const RodModel& model, double insertion, double s, std::size_t& node) noexcept {
     const double place = static_cast<double>(model.node_count() - 1) - (insertion - s) / model.segment;

@@ -1,9 +1,12 @@
 #include "fem/rod/rod_meetings.hpp"
 
+#include "fem/rod/bore_contact.hpp"
+#include "fem/rod/coaxial.hpp"
 #include "fem/rod/self_contact.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <tuple>
 
 namespace trocar::fem {
@@ -23,8 +26,20 @@ std::array<Vec3, 4> corners_between(const SegmentPair& pair, std::span<const Vec
 
 double radii_of(const MovedRod& one, const MovedRod& other) noexcept { return one.model->design.radius + other.model->design.radius; }
 
-/// The segment that lies in the port.
-bool is_in_port(const MovedRod& rod, Index segment) noexcept { return segment + 1 == rod.first; }
+/// rods[k] with this id.
+std::size_t find_rod(std::span<const MovedRod> rods, Index id) noexcept {
+    std::size_t k = 0;
+    while (k + 1 < rods.size() && rods[k].id != id) ++k;
+    return k;
+}
+
+/// Is the axis from one segment to the other, by the bore's mouth, shorter than pi times the sum of radii? See ChainRule.
+bool is_beside_mouth(const MovedRod& outer, const MovedRod& inner, Index a, Index b) noexcept {
+    const double behind = static_cast<double>(outer.model->node_count() - 2 - a) * outer.model->segment;
+    const double beyond = inner.insertion - static_cast<double>(inner.model->node_count() - 1 - b) * inner.model->segment - outer.insertion;
+    return behind + std::max(0.0, beyond) < std::numbers::pi * radii_of(outer, inner);
+}
+
 
 } // namespace
 
@@ -45,25 +60,40 @@ void RodMeetings::begin(std::span<const MovedRod> rods, double step) {
         for (std::size_t i = 0; i < rod.from.size(); ++i)
             reach_[r][i] = kMeetingReachFactor * std::sqrt((rod.to[i] - rod.from[i]).squaredNorm()) + kLeastMeetingReach * rod.model->design.radius;
     }
+    in_bore_.fill(false);
+    for (std::size_t r = 0; r < rods.size(); ++r) {
+        first_[r] = rods[r].first;
+        if (rods[r].inside == kNoIndex) continue;
+        const std::size_t outer = find_rod(rods, rods[r].inside);
+        in_bore_[r] = in_bore_[outer] = true;
+        first_[r] = std::max(first_[r], first_free_node(*rods[r].model, rods[r].insertion, rods[outer].insertion));
+    }
     find_pairs(rods);
 }
 
-/// What is behind its port lies in its sheath and meets nothing; what lies in the port meets what has come out of others.
 void RodMeetings::find_pairs(std::span<const MovedRod> rods) {
     pairs_.clear();
-    for (std::size_t r = 0; r < rods.size(); ++r) boxes_[r].bound(rods[r].from, reach_[r], rods[r].first > 0 ? rods[r].first - 1 : 0);
+    for (std::size_t r = 0; r < rods.size(); ++r) boxes_[r].bound(rods[r].from, reach_[r], first_[r] > 0 ? first_[r] - 1 : 0);
     for (Index one = 0; one < rods.size(); ++one)
-        for (Index other = one + 1; other < rods.size(); ++other) {
-            if (rods[one].lumen != rods[other].lumen) continue;
-            found_.clear();
-            boxes_[one].find_pairs_with(boxes_[other], (1.0 + kSelfClearance) * radii_of(rods[one], rods[other]), found_);
-            for (const SegmentPair& pair : found_)
-                if (!is_in_port(rods[one], pair.a) || !is_in_port(rods[other], pair.b)) pairs_.push_back({pair, one, other});
-        }
+        for (Index other = one + 1; other < rods.size(); ++other)
+            if (rods[one].meets && rods[other].meets && rods[one].lumen == rods[other].lumen) find_pairs_of(rods, one, other);
+}
+
+/// What is behind its port lies in its sheath and meets nothing; what lies in the port meets what has come out of others. What comes out of a bore meets
+/// the rod around it where it has room to bend back to it.
+void RodMeetings::find_pairs_of(std::span<const MovedRod> rods, Index one, Index other) {
+    const MovedRod &a = rods[one], &b = rods[other];
+    found_.clear();
+    boxes_[one].find_pairs_with(boxes_[other], (1.0 + kSelfClearance) * radii_of(a, b), found_);
+    const bool in_its_bore = b.inside == a.id;
+    for (const SegmentPair& pair : found_) {
+        if (in_its_bore && is_beside_mouth(a, b, pair.a, pair.b)) continue;
+        if (pair.a + 1 != first_[one] || pair.b + 1 != first_[other]) pairs_.push_back({pair, one, other});
+    }
 }
 
 bool RodMeetings::may_meet(std::size_t k) const noexcept {
-    return std::any_of(pairs_.begin(), pairs_.end(), [&](const Pair& pair) { return pair.one == k || pair.other == k; });
+    return in_bore_[k] || std::any_of(pairs_.begin(), pairs_.end(), [&](const Pair& pair) { return pair.one == k || pair.other == k; });
 }
 
 const RodMeetings::Pair* RodMeetings::find_pair(const Pair& like, Index a, Index b) const noexcept {
@@ -103,7 +133,7 @@ void RodMeetings::hand_on(RodMeeting& meeting) {
     double nearest = 2.0 * kSameMeetingPlace;
     for (std::size_t k = 0; k < last_.size(); ++k) {
         const RodPlane& old = last_[k].plane;
-        if (taken_[k] != 0 || last_[k].rod != meeting.rod || last_[k].other_rod != meeting.other_rod) continue;
+        if (taken_[k] != 0 || last_[k].play > 0.0 || last_[k].rod != meeting.rod || last_[k].other_rod != meeting.other_rod) continue;
         const double along = std::abs(place(old) - place(plane)), other = std::abs(other_place(old) - other_place(plane));
         if (along > kSameMeetingPlace || other > kSameMeetingPlace || !(along + other < nearest) || !(old.normal.dot(plane.normal) > kSameMeetingSide)) continue;
         nearest = along + other, best = k;
@@ -126,6 +156,8 @@ void RodMeetings::list_planes(std::span<const MovedRod> rods, std::vector<RodMee
         hand_on(meetings.back());
     }
     for (const Pair& pair : pairs_) (void)prove(rods, pair, &meetings);
+    for (const MovedRod& inner : rods)
+        if (inner.inside != kNoIndex) list_bore(rods[find_rod(rods, inner.inside)], inner, last_, meetings);
 }
 
 /// Returns whether a node left its reach: it has a longer one now, and pairs are found anew.

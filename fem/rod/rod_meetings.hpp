@@ -18,6 +18,10 @@ struct MovedRod {
     const RodModel* model = nullptr;
     std::span<const Vec3> from, to; // [node_count] m
     Index first = 0; // node that has passed the port at the step's end: what is behind meets nothing
+    double insertion = 0.0; // m, at the step's end
+    Index inside = kNoIndex; // id of the rod before it in whose bore it has play
+    double play = 0.0;       // m, of its surface from the bore's wall on all sides
+    bool meets = true;       // others, from outside
 };
 
 /// Room for so many meetings of each node. More of them make a step allocate.
@@ -39,7 +43,6 @@ public:
 
     /// Has rod k of the list a pair with another one?
     [[nodiscard]] bool may_meet(std::size_t k) const noexcept;
-    [[nodiscard]] bool is_empty() const noexcept { return pairs_.empty(); }
 
 private:
     struct Pair {
@@ -47,6 +50,7 @@ private:
         Index one = 0, other = 0; // rods of the list
     };
     void find_pairs(std::span<const MovedRod> rods);
+    void find_pairs_of(std::span<const MovedRod> rods, Index one, Index other);
     [[nodiscard]] bool lengthen_reaches(std::span<const MovedRod> rods);
     [[nodiscard]] const Pair* find_pair(const Pair& like, Index a, Index b) const noexcept;
     [[nodiscard]] bool is_pushed_elsewhere(const Pair& pair) const noexcept;
@@ -60,6 +64,8 @@ private:
     std::vector<Pair> pairs_; // by rods, then segments
     std::vector<RodMeeting> last_; // of the last step
     std::vector<std::uint8_t> taken_; // [last_] a newer one goes on with its forces
+    std::array<Index, kMostTogether> first_{}; // node of rod k of the list that has passed its port, and the mouth of the bore that it is in
+    std::array<bool, kMostTogether> in_bore_{}; // rod k of the list is in a bore, or has a rod in its own
     double step_ = 0.0; // s
 };
 

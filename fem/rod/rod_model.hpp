@@ -95,9 +95,14 @@ struct RodPlane {
 };
 
 /// A half-space of one rod that a place of another one carries: plane.other is a node of that one. Both feel the same force at the same place.
+/// Or a place of a rod in the bore of another one, which stays within `play` of a point beside that one's place: |w| <= play, where w is the part
+/// of (point + beside - other point) across `along`. The plane's normal is then -w / |w| where the solve ended, its offset -play.
 struct RodMeeting {
     RodPlane plane;
-    Index rod = 0, other_rod = 0; // SolvedRod::id
+    Index rod = 0, other_rod = 0; // SolvedRod::id; in a bore: the inner one, the outer one
+    double play = 0.0;            // m; 0: a half-space
+    Vec3 along = Vec3::UnitZ();   // unit, of the bore
+    Vec3 beside = Vec3::Zero();   // m, of both rods' smooth curves from their chords
 };
 
 struct RodDrive {

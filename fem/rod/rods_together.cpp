@@ -1,5 +1,7 @@
 #include "fem/rod/rods_together.hpp"
 
+#include "fem/rod/bore_contact.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -93,9 +95,10 @@ private:
         return r;
     }
 
-    /// Where both touch lies between the axes as their radii divide it.
+    /// Where both touch lies between the axes as their radii divide it; in a bore at the inner rod's radius.
     void begin_meeting(std::size_t k) noexcept {
         RodPlane& plane = meetings_[k].plane;
+        const bool in_bore = meetings_[k].play > 0.0;
         MeetingPress& own = press(k);
         own.part[0] = find_part(meetings_[k].rod), own.part[1] = find_part(meetings_[k].other_rod);
         const SolvedRod &a = solved_[own.part[0]], &b = solved_[own.part[1]];
@@ -103,7 +106,7 @@ private:
             return Vec3((1.0 - weight) * rod.workspace.start[node] + weight * rod.workspace.start[node + 1]);
         };
         const double apart = plane.normal.dot(on_axis(a, plane.node, plane.weight) - on_axis(b, plane.other, plane.other_weight));
-        const double ra = a.model.design.radius, rb = b.model.design.radius, lever = apart * ra / (ra + rb);
+        const double ra = a.model.design.radius, rb = b.model.design.radius, lever = in_bore ? ra : apart * ra / (ra + rb);
         own.place[0] = part_of(k, 0).place(plane.node, plane.weight, -lever * plane.normal);
         own.place[1] = part_of(k, 1).place(plane.other, plane.other_weight, (apart - lever) * plane.normal);
         own.across = kSelfAugmentation * std::sqrt(part_of(k, 0).stiffness() * part_of(k, 1).stiffness());
@@ -112,15 +115,33 @@ private:
         begin_press(plane, own.press, bound_of(k, plane.force));
     }
 
+    /// m, by which it is beyond its limit, along the plane's normal; in a bore that is towards the axis first.
+    [[nodiscard]] double turn_to_limit(std::size_t k, double& aside) noexcept {
+        RodMeeting& meeting = meetings_[k];
+        RodPlane& plane = meeting.plane;
+        Vec3 apart = part_of(k, 0).point(press(k).place[0]) - part_of(k, 1).point(press(k).place[1]);
+        if (!(meeting.play > 0.0)) return plane.offset - plane.normal.dot(apart);
+        apart += meeting.beside;
+        apart -= meeting.along.dot(apart) * meeting.along;
+        aside = std::sqrt(apart.squaredNorm());
+        if (aside > kLeastAside * meeting.play) plane.normal = -apart / aside;
+        return aside - meeting.play;
+    }
+
     void evaluate_meetings(bool held) noexcept {
         for (std::size_t k = 0; k < meetings_.size(); ++k) {
             RodPlane& plane = meetings_[k].plane;
             MeetingPress& own = press(k);
-            const double depth = plane.offset - plane.normal.dot(part_of(k, 0).point(own.place[0]) - part_of(k, 1).point(own.place[1]));
+            double aside = 0.0;
+            const double depth = turn_to_limit(k, aside);
             evaluate_press(plane, own.press, depth, own.across, own.softness, bound_of(k, own.press.bounding), held && own.press.force > 0.0, [&] {
                 const Vec3 moved = part_of(k, 0).displacement(own.place[0]) - part_of(k, 1).displacement(own.place[1]);
                 return Vec3(moved - plane.normal.dot(moved) * plane.normal);
             });
+            if (aside > kLeastAside * meetings_[k].play && plane.force > 0.0) { // the force turns with the place
+                const Vec3 way = meetings_[k].along.cross(plane.normal);
+                own.press.aside += plane.force / aside * way * way.transpose();
+            }
         }
     }
     void evaluate(bool held) noexcept {

@@ -1,0 +1,163 @@
+#include "fem/rod/bore_contact.hpp"
+
+#include "fem/rod/rod.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::fem {
+
+namespace {
+
+/// What a limit goes on with is known by: RodPlane::side.
+enum class BorePlace : std::uint8_t { InnerNode, OuterNode, Mouth, InnerTip };
+
+/// [-] of the inner rod's segment: nodes nearer than this to the mouth leave the load to it, which they pass.
+constexpr double kMouthShare = 0.5;
+/// Chords that the nearest point is sought along, from where the arc lengths agree.
+constexpr Index kSoughtChords = 8;
+
+struct NodePlace {
+    Index node;
+    double weight;
+};
+/// A node as a place between two.
+NodePlace place_of_node(const MovedRod& rod, Index node) noexcept {
+    return node + 1 < rod.model->node_count() ? NodePlace{node, 0.0} : NodePlace{node - 1, 1.0};
+}
+
+double arc_at(const MovedRod& rod, double place) noexcept { return arc_of(*rod.model, rod.insertion, place); }
+
+/// The chord at this arc length from the port.
+Index chord_at(const MovedRod& rod, double arc) noexcept {
+    const double last = static_cast<double>(rod.model->node_count() - 1), place = last - (rod.insertion - arc) / rod.model->segment;
+    return static_cast<Index>(std::clamp(place, 0.0, last - 1.0));
+}
+
+struct OnChord {
+    double weight, apart_sq;
+};
+OnChord nearest_on_chord(std::span<const Vec3> axis, Index chord, const Vec3& place) noexcept {
+    const Vec3 edge = axis[chord + 1] - axis[chord], from = place - axis[chord];
+    const double length_sq = edge.squaredNorm(), weight = length_sq > 0.0 ? std::clamp(edge.dot(from) / length_sq, 0.0, 1.0) : 0.0;
+    return {weight, (from - weight * edge).squaredNorm()};
+}
+
+/// m, the curve's derivative at a node by its parameter.
+Vec3 slope_at(std::span<const Vec3> axis, Index node) noexcept {
+    const Index before = node > 0 ? node - 1 : 0, after = std::min<Index>(node + 1, static_cast<Index>(axis.size() - 1));
+    return (axis[after] - axis[before]) / static_cast<double>(after - before);
+}
+
+/// Limits of one pair.
+class BoreLister {
+public:
+    BoreLister(const MovedRod& outer, const MovedRod& inner, std::span<const RodMeeting> last, std::vector<RodMeeting>& meetings) noexcept
+        : outer_(outer), inner_(inner), last_(last), meetings_(meetings) {}
+
+    void list() {
+        const double reach = std::min(inner_.insertion, outer_.insertion);
+        const double end = reach - kMouthShare * inner_.model->segment;
+        if (inner_.model->segment <= outer_.model->segment) {
+            for (Index i = first_of(inner_); i < inner_.model->node_count() && arc_at(inner_, i) < end; ++i) add_inner(i, BorePlace::InnerNode);
+        } else {
+            for (Index i = first_of(outer_); i < outer_.model->node_count() && arc_at(outer_, i) < end; ++i) add_outer(i, BorePlace::OuterNode);
+        }
+        if (!(reach > 0.0)) return;
+        if (inner_.insertion > outer_.insertion)
+            add_outer(static_cast<Index>(outer_.model->node_count() - 1), BorePlace::Mouth);
+        else
+            add_inner(static_cast<Index>(inner_.model->node_count() - 1), BorePlace::InnerTip);
+    }
+
+private:
+    static Index first_of(const MovedRod& rod) noexcept { return first_inserted_node(*rod.model, rod.insertion); }
+
+    void add_inner(Index node, BorePlace what) {
+        const CurvePoint at = find_on_curve(outer_.to, inner_.to[node], chord_at(outer_, arc_at(inner_, node)));
+        const NodePlace own = place_of_node(inner_, node);
+        add(own, {at.node, at.weight}, at, -at.beside, what);
+    }
+    void add_outer(Index node, BorePlace what) {
+        const CurvePoint at = find_on_curve(inner_.to, outer_.to[node], chord_at(inner_, arc_at(outer_, node)));
+        const NodePlace own = place_of_node(outer_, node);
+        add({at.node, at.weight}, own, at, at.beside, what);
+    }
+    void add(const NodePlace& in, const NodePlace& out, const CurvePoint& at, const Vec3& beside, BorePlace what) {
+        RodMeeting meeting;
+        meeting.rod = inner_.id, meeting.other_rod = outer_.id;
+        meeting.play = inner_.play, meeting.along = at.along, meeting.beside = beside;
+        meeting.plane.node = in.node, meeting.plane.weight = in.weight;
+        meeting.plane.other = out.node, meeting.plane.other_weight = out.weight;
+        meeting.plane.offset = -inner_.play;
+        meeting.plane.side = static_cast<std::uint8_t>(what);
+        meeting.plane.normal = across(at.along);
+        hand_on(meeting);
+        turn_to_axis(meeting);
+        meetings_.push_back(meeting);
+    }
+    static Vec3 on_chord(std::span<const Vec3> axis, Index node, double weight) noexcept { return (1.0 - weight) * axis[node] + weight * axis[node + 1]; }
+    /// Where the step starts away from the axis its side is known.
+    void turn_to_axis(RodMeeting& meeting) const noexcept {
+        RodPlane& plane = meeting.plane;
+        Vec3 apart = on_chord(inner_.from, plane.node, plane.weight) - on_chord(outer_.from, plane.other, plane.other_weight) + meeting.beside;
+        apart -= meeting.along.dot(apart) * meeting.along;
+        const double aside = std::sqrt(apart.squaredNorm());
+        if (aside > kLeastAside * meeting.play) plane.normal = -apart / aside;
+    }
+    /// Any direction across this one.
+    static Vec3 across(const Vec3& along) noexcept {
+        const Vec3 other = std::abs(along.x()) < 0.5 ? Vec3::UnitX() : Vec3::UnitY();
+        const Vec3 normal = along.cross(other);
+        const double length = std::sqrt(normal.squaredNorm());
+        return length > 0.0 ? Vec3(normal / length) : Vec3(Vec3::UnitX());
+    }
+
+    /// A place is the same as before by its node; the mouth and the tip are by themselves.
+    void hand_on(RodMeeting& meeting) const noexcept {
+        const bool by_inner = meeting.plane.side == static_cast<std::uint8_t>(BorePlace::InnerNode);
+        const bool by_outer = meeting.plane.side == static_cast<std::uint8_t>(BorePlace::OuterNode);
+        for (const RodMeeting& old : last_) {
+            if (!(old.play > 0.0) || old.rod != meeting.rod || old.other_rod != meeting.other_rod || old.plane.side != meeting.plane.side) continue;
+            if (by_inner && (old.plane.node != meeting.plane.node || old.plane.weight != meeting.plane.weight)) continue;
+            if (by_outer && (old.plane.other != meeting.plane.other || old.plane.other_weight != meeting.plane.other_weight)) continue;
+            RodPlane& plane = meeting.plane;
+            plane.normal = old.plane.normal;
+            plane.force = plane.start_force = old.plane.start_force;
+            plane.drag = plane.start_drag = old.plane.start_drag;
+            return;
+        }
+    }
+
+    const MovedRod &outer_, &inner_;
+    std::span<const RodMeeting> last_;
+    std::vector<RodMeeting>& meetings_;
+};
+
+} // namespace
+
+CurvePoint find_on_curve(std::span<const Vec3> axis, const Vec3& place, Index start) noexcept {
+    const Index last = static_cast<Index>(axis.size() - 2);
+    Index chord = std::min(start, last);
+    OnChord best = nearest_on_chord(axis, chord, place);
+    for (const int way : {1, -1}) // to where it comes no nearer
+        for (Index k = 0; k < kSoughtChords; ++k) {
+            if (way < 0 ? chord == 0 : chord == last) break;
+            const Index next = way < 0 ? chord - 1 : chord + 1;
+            const OnChord there = nearest_on_chord(axis, next, place);
+            if (!(there.apart_sq < best.apart_sq)) break;
+            chord = next, best = there;
+        }
+    const double t = best.weight, u = 1.0 - t;
+    const Vec3 edge = axis[chord + 1] - axis[chord], from = slope_at(axis, chord) - edge, to = slope_at(axis, chord + 1) - edge;
+    CurvePoint point{chord, t, t * u * (u * from - t * to), edge + u * (u - 2.0 * t) * from + t * (t - 2.0 * u) * to};
+    const double length = std::sqrt(point.along.squaredNorm());
+    point.along = length > 0.0 ? Vec3(point.along / length) : Vec3(Vec3::Zero());
+    return point;
+}
+
+void list_bore(const MovedRod& outer, const MovedRod& inner, std::span<const RodMeeting> last, std::vector<RodMeeting>& meetings) {
+    BoreLister(outer, inner, last, meetings).list();
+}
+
+} // namespace trocar::fem
