@@ -88,6 +88,19 @@ private:
     [[nodiscard]] MeetingPress& press(std::size_t k) noexcept { return work_.presses[k]; }
     [[nodiscard]] RodPart& part_of(std::size_t k, int side) noexcept { return part(press(k).part[side]); }
     [[nodiscard]] Vec3 force(std::size_t k) const noexcept { return meetings_[k].plane.force * meetings_[k].plane.normal + meetings_[k].plane.drag; }
+    /// Of one of its loads.
+    [[nodiscard]] Vec3 force(std::size_t k, std::size_t j) const noexcept {
+        const RodPlane& plane = meetings_[k].plane;
+        if (work_.presses[k].loads == 1) return force(k);
+        return j == 0 ? Vec3(plane.force * plane.normal) : plane.drag;
+    }
+    [[nodiscard]] Mat3 stiffness(std::size_t k, std::size_t j) const noexcept {
+        const MeetingPress& own = work_.presses[k];
+        if (j == 1) return own.press.aside;
+        const Vec3& normal = meetings_[k].plane.normal;
+        const Mat3 across = own.press.stiffness * normal * normal.transpose();
+        return own.loads == 1 ? Mat3(across + own.press.aside) : Mat3(across + own.turning);
+    }
     [[nodiscard]] double bound_of(std::size_t k, double force) noexcept { return press(k).friction * meetings_[k].plane.friction_share * force; }
     [[nodiscard]] Index find_part(Index id) const noexcept {
         Index r = 0;
@@ -107,8 +120,13 @@ private:
         };
         const double apart = plane.normal.dot(on_axis(a, plane.node, plane.weight) - on_axis(b, plane.other, plane.other_weight));
         const double ra = a.model.design.radius, rb = b.model.design.radius, lever = in_bore ? ra : apart * ra / (ra + rb);
-        own.place[0] = part_of(k, 0).place(plane.node, plane.weight, -lever * plane.normal);
-        own.place[1] = part_of(k, 1).place(plane.other, plane.other_weight, (apart - lever) * plane.normal);
+        own.loads = in_bore ? 2 : 1;
+        own.load[0] = {{part_of(k, 0).place(plane.node, plane.weight, -lever * plane.normal),
+                        part_of(k, 1).place(plane.other, plane.other_weight, (apart - lever) * plane.normal)}};
+        if (in_bore) {
+            own.load[1] = own.load[0];
+            own.load[0] = {{part_of(k, 0).place(plane.node, plane.weight, Vec3::Zero()), part_of(k, 1).place(plane.other, plane.other_weight, Vec3::Zero())}};
+        }
         own.across = kSelfAugmentation * std::sqrt(part_of(k, 0).stiffness() * part_of(k, 1).stiffness());
         own.softness = 0.5 / a.drive.contact_stiffness + 0.5 / b.drive.contact_stiffness;
         own.friction = std::sqrt(a.drive.friction * b.drive.friction);
@@ -119,7 +137,8 @@ private:
     [[nodiscard]] double turn_to_limit(std::size_t k, double& aside) noexcept {
         RodMeeting& meeting = meetings_[k];
         RodPlane& plane = meeting.plane;
-        Vec3 apart = part_of(k, 0).point(press(k).place[0]) - part_of(k, 1).point(press(k).place[1]);
+        const MeetingLoad& load = press(k).load[0];
+        Vec3 apart = part_of(k, 0).point(load.place[0]) - part_of(k, 1).point(load.place[1]);
         if (!(meeting.play > 0.0)) return plane.offset - plane.normal.dot(apart);
         apart += meeting.beside;
         apart -= meeting.along.dot(apart) * meeting.along;
@@ -135,13 +154,14 @@ private:
             double aside = 0.0;
             const double depth = turn_to_limit(k, aside);
             evaluate_press(plane, own.press, depth, own.across, own.softness, bound_of(k, own.press.bounding), held && own.press.force > 0.0, [&] {
-                const Vec3 moved = part_of(k, 0).displacement(own.place[0]) - part_of(k, 1).displacement(own.place[1]);
+                const MeetingLoad& load = own.load[own.loads - 1];
+                const Vec3 moved = part_of(k, 0).displacement(load.place[0]) - part_of(k, 1).displacement(load.place[1]);
                 return Vec3(moved - plane.normal.dot(moved) * plane.normal);
             });
-            if (aside > kLeastAside * meetings_[k].play && plane.force > 0.0) { // the force turns with the place
-                const Vec3 way = meetings_[k].along.cross(plane.normal);
-                own.press.aside += plane.force / aside * way * way.transpose();
-            }
+            own.turning.setZero();
+            if (!(aside > kLeastAside * meetings_[k].play) || !(plane.force > 0.0)) continue;
+            const Vec3 way = meetings_[k].along.cross(plane.normal);
+            own.turning = plane.force / aside * way * way.transpose();
         }
     }
     void evaluate(bool held) noexcept {
@@ -174,11 +194,13 @@ private:
             RodPress& own = press(k).press;
             own.pushed = own.pushes;
             if (!own.pushes) continue;
-            const Vec3& normal = meetings_[k].plane.normal;
-            own.start_force = force(k);
-            own.start_stiffness = own.stiffness * normal * normal.transpose() + own.aside;
-            part_of(k, 0).push_place(press(k).place[0], own.start_force, own.start_stiffness);
-            part_of(k, 1).push_place(press(k).place[1], -own.start_force, own.start_stiffness);
+            for (std::size_t j = 0; j < press(k).loads; ++j) {
+                MeetingLoad& load = press(k).load[j];
+                load.start_force = force(k, j);
+                load.start_stiffness = stiffness(k, j);
+                part_of(k, 0).push_place(load.place[0], load.start_force, load.start_stiffness);
+                part_of(k, 1).push_place(load.place[1], -load.start_force, load.start_stiffness);
+            }
         }
     }
 
@@ -214,11 +236,13 @@ private:
         for (std::size_t k = 0; k < meetings_.size(); ++k) {
             const MeetingPress& own = press(k);
             if (!own.press.pushed) continue;
-            for (int side = 0; side < 2; ++side) {
-                const Index a = own.part[side], b = own.part[1 - side];
-                const Vec3 moved = part(b).motion_at(own.place[1 - side], of(b, p));
-                part(a).take_force(own.place[side], -(own.press.start_stiffness * moved), of(a, out));
-            }
+            for (std::size_t j = 0; j < own.loads; ++j)
+                for (int side = 0; side < 2; ++side) {
+                    const MeetingLoad& load = own.load[j];
+                    const Index a = own.part[side], b = own.part[1 - side];
+                    const Vec3 moved = part(b).motion_at(load.place[1 - side], of(b, p));
+                    part(a).take_force(load.place[side], -(load.start_stiffness * moved), of(a, out));
+                }
         }
     }
 
@@ -247,11 +271,14 @@ private:
         for (std::size_t k = 0; k < meetings_.size(); ++k) {
             const MeetingPress& own = press(k);
             if (!own.press.pushes && !own.press.pushed) continue;
-            Vec3 moved = part_of(k, 0).motion_at(own.place[0], of(own.part[0], std::span<const double>(work_.all.rhs)));
-            moved -= part_of(k, 1).motion_at(own.place[1], of(own.part[1], std::span<const double>(work_.all.rhs)));
-            Vec3 change = own.press.pushes ? force(k) : Vec3(Vec3::Zero());
-            if (own.press.pushed) change += share * (own.press.start_stiffness * moved) - own.press.start_force;
-            power += change.dot(moved);
+            for (std::size_t j = 0; j < own.loads; ++j) {
+                const MeetingLoad& load = own.load[j];
+                Vec3 moved = part_of(k, 0).motion_at(load.place[0], of(own.part[0], std::span<const double>(work_.all.rhs)));
+                moved -= part_of(k, 1).motion_at(load.place[1], of(own.part[1], std::span<const double>(work_.all.rhs)));
+                Vec3 change = own.press.pushes ? force(k, j) : Vec3(Vec3::Zero());
+                if (own.press.pushed) change += share * (load.start_stiffness * moved) - load.start_force;
+                power += change.dot(moved);
+            }
         }
         return power;
     }
@@ -264,8 +291,9 @@ private:
             for (std::size_t k = 0; k < meetings_.size(); ++k) {
                 if (!press(k).press.pushes) continue;
                 const Vec3& drag = meetings_[k].plane.drag;
-                if (press(k).part[0] == r) part(r).push_turn(press(k).place[0], drag, press(k).press.aside);
-                if (press(k).part[1] == r) part(r).push_turn(press(k).place[1], -drag, press(k).press.aside);
+                const MeetingLoad& load = press(k).load[press(k).loads - 1];
+                if (press(k).part[0] == r) part(r).push_turn(load.place[0], drag, press(k).press.aside);
+                if (press(k).part[1] == r) part(r).push_turn(load.place[1], -drag, press(k).press.aside);
             }
             part(r).end_turns();
         }

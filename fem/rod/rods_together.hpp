@@ -30,10 +30,19 @@ struct RodOfMany {
     }
 };
 
+/// A force of a meeting on both rods, opposite on the second.
+struct MeetingLoad {
+    SurfacePlace place[2]; // on the rod that keeps to the plane, on the one that carries it
+    Vec3 start_force = Vec3::Zero();     // N, where the last correction started
+    Mat3 start_stiffness = Mat3::Zero(); // N/m
+};
+
 /// What the solve keeps of a meeting while it iterates.
 struct MeetingPress {
     RodPress press;
-    SurfacePlace place[2];   // on the rod that keeps to the plane, on the one that carries it
+    std::array<MeetingLoad, 2> load; // of both surfaces where they touch; in a bore what presses is on the axes, which it turns about
+    std::size_t loads = 1;
+    Mat3 turning = Mat3::Zero(); // N/m, of a force that turns with its place in a bore
     Index part[2] = {0, 0};  // of the rods of this solve
     double across = 0.0;     // N/m, augmentation
     double softness = 0.0;   // m/N, of what lies between
