@@ -114,8 +114,10 @@ void tell_instruments(const Scene& scene, const PreparedScene& prepared, std::st
         if (m.mass_spring_substeps > 0)
             text += fmt::format("  {:<15} masses and springs, {} explicit sub-steps in a step\n", "", m.mass_spring_substeps);
         if (m.inside)
-            text += fmt::format("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
-                       prepared.model.instruments[*m.inside].name);
+            text += m.play > 0.0 ? fmt::format("  {:<15} in the bore of {} with {:g} mm of play on all sides, solved with it\n", "",
+                                                prepared.model.instruments[*m.inside].name, 1e3 * m.play)
+                                  : fmt::format("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
+                                                prepared.model.instruments[*m.inside].name);
         if (m.tip_hold)
             text += fmt::format("  {:<15} its tip is clamped{}{}\n", "", m.tip_hold->slides ? ", free along its axis" : "",
                        m.tip_hold->spins ? ", free about its axis" : "");

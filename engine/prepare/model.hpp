@@ -100,7 +100,9 @@ struct InstrumentModel {
     std::size_t lumen = 0;             // body whose lumen it moves in
     unsigned mass_spring_substeps = 0; // of a step, of a chain of masses and springs; 0: the implicit rod
     std::optional<std::size_t> inside; // instrument in whose bore it runs, as a wire
-    std::optional<std::size_t> wire;   // instrument that runs in its own bore
+    double play = 0.0;                 // m, there; 0: on its axis
+    std::optional<std::size_t> wire;   // instrument that runs in its own bore, on one axis with it
+    std::optional<std::size_t> loose_wire; // the same with play
     bool self_contact = false;         // meets itself, where the scene has that effect: an implicit rod alone
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
@@ -118,10 +120,16 @@ struct InstrumentModel {
     collision::SurfaceTopology topology; // of the skin
 };
 
-/// With the effect instrument_contact: an implicit rod alone, without a wire, whose tip is free.
+/// On one axis with the instrument in whose bore it runs: whatever is done to that one is done to it.
+[[nodiscard]] inline bool shares_axis(const InstrumentModel& instrument) noexcept { return instrument.inside && !(instrument.play > 0.0); }
+
+/// With the effect instrument_contact: an implicit rod with an axis of its own, whose tip is free.
 [[nodiscard]] inline bool meets_instruments(const InstrumentModel& instrument) noexcept {
-    return instrument.mass_spring_substeps == 0 && !instrument.inside && !instrument.wire && !instrument.tip_hold;
+    return instrument.mass_spring_substeps == 0 && !shares_axis(instrument) && !instrument.wire && !instrument.tip_hold;
 }
+
+/// One of two rods of which one has play in the other's bore: they are solved together whatever effects there are.
+[[nodiscard]] inline bool has_play(const InstrumentModel& instrument) noexcept { return instrument.play > 0.0 || instrument.loose_wire; }
 
 struct SceneModel {
     std::string name;
@@ -143,5 +151,11 @@ struct SceneModel {
     ContactSpec contact;
     std::optional<PackingSpec> packing; // reported
 };
+
+/// Is it one of those that a joint solve may take: see fem::solve_together.
+[[nodiscard]] inline bool may_be_joined(const SceneModel& model, std::size_t instrument) noexcept {
+    const InstrumentModel& own = model.instruments[instrument];
+    return has_play(own) || (model.effects.instrument_contact && meets_instruments(own));
+}
 
 } // namespace trocar::engine

@@ -20,6 +20,9 @@ namespace trocar::engine {
 
 namespace {
 
+/// m; with less play than this a rod runs on the axis of its bore.
+constexpr double kLeastPlay = 1e-6;
+
 /// Of the rod's radius: the response keeps no more clearance to the wall than this, or thin instruments would not fit.
 constexpr double kLargestClearanceShare = 0.25;
 /// Of the clearance: what counts as touching stays well below it, or every rest would be a contact.
@@ -89,10 +92,15 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     }
     if (spec.inside != kNoIndex) {
         model.inside = spec.inside;
-        prepared.model.instruments[spec.inside].wire = prepared.model.instruments.size();
-        prepared.model.instruments[spec.inside].self_contact = false;
+        const double bore = scene.instruments[spec.inside].inner_radius;
+        if (spec.play && bore - spec.design.radius > kLeastPlay) model.play = bore - spec.design.radius;
+        InstrumentModel& outer = prepared.model.instruments[spec.inside];
+        if (model.play > 0.0)
+            outer.loose_wire = prepared.model.instruments.size();
+        else
+            outer.wire = prepared.model.instruments.size(), outer.self_contact = false;
     }
-    model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && spec.inside == kNoIndex && !spec.tip_clamp; // unless a wire runs in it
+    model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && !shares_axis(model) && !spec.tip_clamp; // unless a wire shares its axis
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
     if (spec.tip_load && scene.effects.loads)

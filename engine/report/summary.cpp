@@ -127,6 +127,13 @@ Json of_instrument_contact(const RunRecord& record, const Value& value) {
     return record.prepared.model.effects.instrument_contact ? of_instruments(record, value) : left_out();
 }
 
+/// Of instruments of which one has play in the other's bore.
+template <class Value>
+Json of_play(const RunRecord& record, const Value& value) {
+    const std::vector<InstrumentModel>& all = record.prepared.model.instruments;
+    return std::any_of(all.begin(), all.end(), has_play) ? Json(value) : left_out();
+}
+
 /// The value where it is no stand-in for "none".
 template <class Value>
 Json where(bool known, const Value& value) {
@@ -238,6 +245,8 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
                        of_instrument_contact(r, r.statistics.instrument_held_steps)),
     TROCAR_SUMMARY_KEY("largest_instrument_force_n", "N", "Largest sum of normal forces between instruments.",
                        of_instrument_contact(r, r.statistics.largest_instrument_n)),
+    TROCAR_SUMMARY_KEY("largest_bore_excess_m", "m", "Farthest that an instrument with play was beyond the bore that it runs in; where one has play.",
+                       of_play(r, r.statistics.largest_bore_excess_m)),
     TROCAR_SUMMARY_KEY("rod_unsettled_total", "", "Stages of instruments whose contact forces had not settled.",
                        of_instruments(r, r.statistics.unsettled_rods)),
     TROCAR_SUMMARY_KEY("packing_density", "[-]", "Share of the scene's ball that instruments fill, where it names one.",

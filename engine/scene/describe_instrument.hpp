@@ -187,8 +187,8 @@ struct InstrumentKeys {
                        read_coating, rod.coating),
             key(s.friction, number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
                                          "Coulomb's mu against every wall.")),
-            key(s.self_contact, flag_field("self_contact", "Whether the rod touches itself, where the scene has that effect. A rod in another's bore or "
-                                                           "with a wire in its own, and a mass-spring chain, do not.")),
+            key(s.self_contact, flag_field("self_contact", "Whether the rod touches itself, where the scene has that effect. One that shares its axis "
+                                                           "with another, and a mass-spring chain, do not.")),
             key(s.min_bend_radius, number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
                                                 "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")),
             key(rod.segment, number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
@@ -206,9 +206,11 @@ struct InstrumentKeys {
                        kReadApart, s.lumen),
             custom_key(text_field("inside",
                                   "Name of an instrument above it, of kind rod, in whose bore it runs as a guide wire: with its entry and "
-                                  "lumen, pushed and turned on its own. Where they overlap they share one axis and bend with both "
-                                  "stiffnesses."),
+                                  "lumen, pushed and turned on its own. See play."),
                        kReadApart, s.inside),
+            key(s.play, flag_field("play", "Of a rod inside an instrument with an inner_radius: it has play in that bore and rests on its wall, with friction. "
+                                           "Without, or where no bore is stated, both share one axis where they overlap and bend with both "
+                                           "stiffnesses, without friction.")),
             key(s.inserted, number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
                                          "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise.")
                                 .default_in_doc()),

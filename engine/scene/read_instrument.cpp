@@ -114,6 +114,8 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
         return fail_at(context, values, "inside", problem);
     if (scene.instruments[outer].tip_clamp)
         return fail_at(context, values, "inside", fmt::format("found {}, whose tip is clamped; expected one without tip_clamp", name));
+    if (values.has("play") && instrument.play && !(scene.instruments[outer].inner_radius > 0.0))
+        return fail_at(context, values, "play", fmt::format("found true, but {} states no inner_radius; expected one, or false", name));
     instrument.inside = outer;
     instrument.lumen = scene.instruments[outer].lumen;
     instrument.entry = scene.instruments[outer].entry;
@@ -197,6 +199,7 @@ std::optional<Error> read_instrument(const Reading& reading, SceneInstrument& in
     }
     if (auto error = read_design(reading, instrument)) return error;
     if (auto error = check_tip(reading, instrument)) return error;
+    if (values.has("play") && !values.has("inside")) return fail_at(context, values, "play", "unused: it runs inside no instrument; expected it left out");
     if (auto error =
             values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))
         return error;

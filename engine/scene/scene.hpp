@@ -223,6 +223,7 @@ struct SceneInstrument {
     std::filesystem::path device_file; // that file, if it is one
     InstrumentKind kind = InstrumentKind::Rod;
     Index inside = kNoIndex; // a wire: the instrument before it whose bore it runs in, with whose entry and lumen
+    bool play = true;        // of a wire in a bore of known radius: it rests on that one's wall
     fem::RodDesign design;
     double inner_radius = 0.0;     // m, of the bore; 0: solid
     std::vector<TubeLayer> layers; // from the inside out; empty: one material

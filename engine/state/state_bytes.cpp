@@ -51,10 +51,13 @@ bool plane_is_finite(const fem::RodPlane& p) {
 
 bool meeting_fits(const SceneModel& model, const fem::RodMeeting& meeting) {
     const auto holds = [&](Index rod, Index node) {
-        return rod < model.instruments.size() && meets_instruments(model.instruments[rod]) && node < model.instruments[rod].rod.node_count() - 1;
+        return rod < model.instruments.size() && may_be_joined(model, rod) && node < model.instruments[rod].rod.node_count() - 1;
     };
-    return plane_is_finite(meeting.plane) && meeting.rod < meeting.other_rod && holds(meeting.rod, meeting.plane.node) &&
-           holds(meeting.other_rod, meeting.plane.other);
+    const bool fits = plane_is_finite(meeting.plane) && holds(meeting.rod, meeting.plane.node) && holds(meeting.other_rod, meeting.plane.other);
+    if (!fits || !is_finite(meeting.along) || !is_finite(meeting.beside)) return false;
+    if (meeting.play == 0.0) return meeting.rod < meeting.other_rod;
+    const InstrumentModel& inner = model.instruments[meeting.rod];
+    return inner.inside == meeting.other_rod && inner.play == meeting.play;
 }
 
 bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const InstrumentState& state) {

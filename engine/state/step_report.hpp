@@ -79,6 +79,7 @@ struct StepReport {
     double friction_force_n = 0.0;   // sum of friction forces on the walls
     double self_force_n = 0.0;       // sum of normal forces of instruments on themselves
     double instrument_force_n = 0.0; // the same on one another
+    double bore_excess_m = 0.0;      // farthest that a place of an instrument with play is beyond the bore that it is in
     double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the drive pushes
     double handle_torque_nm = 0.0;   // of the first instrument: about the port's axis; without torsion that of the shaped tip alone
     double exchange_gap_n = 0.0;     // over all instruments: what they push their walls with at the step's end less what the tissue felt of it

@@ -128,9 +128,10 @@ void visit_state(Visitor& visitor, StateT& state, Lumen&& visit_lumen) {
     for (auto& instrument : instruments) visit_instrument(visitor, instrument);
     visit_solids(visitor, solids);
     visitor.list(meetings, [&](auto& meeting) {
-        auto& [plane, rod, other_rod] = meeting;
+        auto& [plane, rod, other_rod, play, along, beside] = meeting;
         visit_plane(visitor, plane);
-        visit_numbers(visitor, rod, other_rod);
+        visit_numbers(visitor, rod, other_rod, play);
+        visitor.vector(along), visitor.vector(beside);
     });
     for (auto& memory : effects) visitor.list(memory, [&](auto& value) { visitor.number(value); });
 }

@@ -90,10 +90,10 @@ bool hold_rods(const SceneModel& model, State& state, RodsScratch& rods, StepRep
     double all = met; // what may meet is proven apart where each takes the same share
     if (rods.meet)
         for (std::size_t i = 0; i < model.instruments.size(); ++i)
-            if (meets_instruments(model.instruments[i])) all = std::min(all, self_share(rods.instruments[i]));
+            if (may_be_joined(model, i)) all = std::min(all, self_share(rods.instruments[i]));
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         InstrumentScratch& own = rods.instruments[i];
-        const double itself = self_share(own), share = rods.meet && meets_instruments(model.instruments[i]) ? all : itself;
+        const double itself = self_share(own), share = rods.meet && may_be_joined(model, i) ? all : itself;
         if (!(share < 1.0)) continue;
         scale_rod(model.instruments[i], kHoldShares[0] * share, state.instruments[i], own);
         state.instruments[i].kept_inside = false;

@@ -60,11 +60,11 @@ void prepare_walls(const SceneModel& model, const State& state, const RodsScratc
     }
 }
 
-/// Of instruments that meet one another.
+/// Of instruments that may be solved together.
 std::size_t count_meeting_nodes(const SceneModel& model) {
     std::size_t nodes = 0;
-    for (const InstrumentModel& instrument : model.instruments)
-        if (model.effects.instrument_contact && meets_instruments(instrument)) nodes += instrument.rod.node_count();
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        if (may_be_joined(model, i)) nodes += model.instruments[i].rod.node_count();
     return nodes;
 }
 

@@ -88,9 +88,9 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         const std::size_t size = sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; }, size, "RodPlane");
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].self_planes[0]; }, size, "RodPlane of the rod");
-        const auto& [plane, rod, other_rod] = state.meetings[0];
+        const auto& [plane, rod, other_rod, play, along, beside] = state.meetings[0];
         (void)plane;
-        expect_every_byte<fem::RodMeeting>([](State& s) -> fem::RodMeeting& { return s.meetings[0]; }, size + sum_of_sizes(rod, other_rod), "RodMeeting");
+        expect_every_byte<fem::RodMeeting>([](State& s) -> fem::RodMeeting& { return s.meetings[0]; }, size + sum_of_sizes(rod, other_rod, play, along, beside), "RodMeeting");
     }
     {
         const auto& [a, b, c, d, e, f, g, h, i, j] = state.instruments[0].follow;

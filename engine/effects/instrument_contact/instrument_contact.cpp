@@ -21,14 +21,16 @@ std::size_t count_meeting(const SceneModel& model) {
 /// Two devices that enter within one another could never be parted.
 Result<void> check_ports(const EffectPreparation& preparation) {
     const SceneModel& model = preparation.prepared.model;
+    std::size_t joined = 0;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) joined += may_be_joined(model, i);
+    if (joined > fem::kMostTogether)
+        return scene_error(preparation.scene, "instruments",
+                           fmt::format("{} instruments have play in a bore or meet one another; expected at most {}", joined, fem::kMostTogether));
     if (!model.effects.instrument_contact) return {};
-    if (const std::size_t count = count_meeting(model); count > fem::kMostTogether)
-        return scene_error(preparation.scene, "effects",
-                           fmt::format("\"instrument_contact\": {} instruments meet one another; expected at most {}", count, fem::kMostTogether));
     for (std::size_t a = 0; a < model.instruments.size(); ++a)
         for (std::size_t b = a + 1; b < model.instruments.size(); ++b) {
             const InstrumentModel &one = model.instruments[a], &other = model.instruments[b];
-            if (!meets_instruments(one) || !meets_instruments(other) || one.lumen != other.lumen) continue;
+            if (!meets_instruments(one) || !meets_instruments(other) || one.lumen != other.lumen || other.inside == a) continue;
             const double apart = std::sqrt((one.port.position - other.port.position).squaredNorm());
             const double radii = one.rod.design.radius + other.rod.design.radius;
             if (apart >= radii) continue;

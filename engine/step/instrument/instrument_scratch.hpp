@@ -81,8 +81,9 @@ struct RodsScratch {
     std::vector<WallScratch> walls;                          // [body_count], of hollow bodies
     bool tissue_moves = false;                               // in this step: it feels what presses
     std::vector<std::unique_ptr<fem::RodSolver>> solvers;    // [instrument_count] null: solved with the instrument it runs in
-    // With the effect instrument_contact, of this step:
+    // With the effect instrument_contact or a rod with play in a bore, of this step:
     bool meet = false;
+    bool meet_outside = false; // that effect is on
     std::vector<std::size_t> together; // instruments that are solved together; the first one stands for all; empty: none
     fem::RodMeetings meetings;
     fem::TogetherWorkspace joint;

@@ -200,7 +200,7 @@ static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, co
 
 std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {
     const InstrumentModel& instrument = model.instruments[index];
-    if (is_coaxial_inner(model, index)) return nullptr;
+    if (shares_axis(instrument)) return nullptr;
     if (instrument.wire) return fem::make_coaxial_solver(instrument.rod, model.instruments[*instrument.wire].rod, plane_count);
     if (instrument.mass_spring_substeps > 0) return fem::make_mass_spring_solver(instrument.mass_spring_substeps);
     return fem::make_implicit_solver();
@@ -348,6 +348,7 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
         report.balance_n += std::sqrt((rod.handle_force + rod.clamp_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     for (const fem::RodMeeting& meeting : state.meetings) {
+        report.bore_excess_m = std::max(report.bore_excess_m, find_bore_excess(meeting, state));
         if (!(meeting.plane.force > 0.0)) continue;
         ++report.instrument_contacts;
         report.instrument_force_n += meeting.plane.force;

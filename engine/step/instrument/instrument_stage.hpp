@@ -39,14 +39,9 @@ struct SolvedTogether {
     return all;
 }
 
-/// A wire in another instrument's bore: whatever is done to that one is done to it.
-[[nodiscard]] inline bool is_coaxial_inner(const SceneModel& model, std::size_t instrument) noexcept {
-    return model.instruments[instrument].inside.has_value();
-}
-
 /// The same in this step, of those that may meet others too.
 [[nodiscard]] inline bool is_solved_with_another(const SceneModel& model, const RodsScratch& rods, std::size_t instrument) noexcept {
-    if (is_coaxial_inner(model, instrument)) return true;
+    if (shares_axis(model.instruments[instrument])) return true;
     for (std::size_t k = 1; k < rods.together.size(); ++k)
         if (rods.together[k] == instrument) return true;
     return false;
@@ -199,6 +194,9 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
 /// The same of the places where the rod presses on itself: both things are the instrument, features are its nodes.
 void list_self_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin,
                        std::vector<Contact>& contacts);
+
+/// m, by which a place is beyond the bore that it is in; 0 in it, and of half-spaces.
+[[nodiscard]] double find_bore_excess(const fem::RodMeeting& meeting, const State& state) noexcept;
 
 /// The same of all places where instruments press on one another: features are their nodes.
 void list_meetings(const SceneModel& model, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);

@@ -96,7 +96,7 @@ Index first_walled_node(const SceneModel& model, std::size_t index, const RodsSc
     const fem::RodModel& rod = model.instruments[index].rod;
     const double insertion = rods.instruments[index].command.insertion;
     Index first = fem::first_inserted_node(rod, insertion);
-    if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
+    if (model.instruments[index].inside) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(rod, insertion, rods.instruments[*model.instruments[index].inside].command.insertion));
     return first > 0 ? first - 1 : 0;
 }
