@@ -11,6 +11,8 @@ namespace trocar::fem {
 
 /// [-] of the play: nearer than this to the axis the direction to it is that of before.
 inline constexpr double kLeastAside = 1e-3;
+/// [-] k of docs/contact.md, of the rods' own stiffness, as kSelfAugmentation.
+inline constexpr double kBoreAugmentation = 0.6;
 
 /// A point of a rod's smooth curve: the cubic through its nodes with the directions of their neighbours' chords (Catmull & Rom 1974).
 struct CurvePoint {

@@ -127,7 +127,7 @@ private:
             own.load[1] = own.load[0];
             own.load[0] = {{part_of(k, 0).place(plane.node, plane.weight, Vec3::Zero()), part_of(k, 1).place(plane.other, plane.other_weight, Vec3::Zero())}};
         }
-        own.across = kSelfAugmentation * std::sqrt(part_of(k, 0).stiffness() * part_of(k, 1).stiffness());
+        own.across = (in_bore ? kBoreAugmentation : kSelfAugmentation) * std::sqrt(part_of(k, 0).stiffness() * part_of(k, 1).stiffness());
         own.softness = 0.5 / a.drive.contact_stiffness + 0.5 / b.drive.contact_stiffness;
         own.friction = std::sqrt(a.drive.friction * b.drive.friction);
         begin_press(plane, own.press, bound_of(k, plane.force));
