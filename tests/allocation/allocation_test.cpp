@@ -97,19 +97,21 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
 
 /// A wire that is pushed out of a catheter and turned, both with torsional wind-up: the chain of both grows during the test.
 TEST(WireInACatheter, AllocatesNothingOnceWarm) {
+    for (const char* bore : {"", R"("inner_radius": 0.5, )"}) { // on one axis, and with play
     const PreparedScene prepared = test::prepare(fmt::format(R"({{
         "name": "pair", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 4}},
         "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 20}}}}}},
         "instruments": {{
-            "catheter": {{"length": 200, "radius": 0.8, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500, "lumen": "tube",
+            "catheter": {{"length": 200, "radius": 0.8, {} "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500, "lumen": "tube",
                 "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}}, "path": [[0, 30, 0], [4, 60, 3]]}},
             "wire": {{"inside": "catheter", "length": 260, "radius": 0.3, "young_modulus": 200000, "segment": 2, "skin_triangles": 1500,
                 "path": [[0, 20, 0], [4, 130, -3]]}}}},
         "effects": ["coarse_contact", "exact_contact", "friction", "twist"]}})",
-                                                             test::bent_axis(25.0, 3.0)));
+                                                             test::bent_axis(25.0, 3.0), bore));
     Simulator simulator(prepared.model);
     (void)test::run_steps(simulator, 50);
     expect_no_allocation(simulator);
+    }
 }
 
 /// Tested contacts of a ball that has settled, and pairs that a small budget leaves open.

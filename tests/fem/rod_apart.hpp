@@ -57,4 +57,20 @@ inline double nearest_by_search(const std::vector<Vec3>& axis, std::size_t gap) 
     return nearest;
 }
 
+/// m, from a place to the cubic through the nodes, sampled: shares nothing with find_on_curve.
+inline double distance_to_curve(const std::vector<Vec3>& x, const Vec3& place) {
+    double least = 1.0;
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+        if ((x[i] - place).norm() > 3.0 * (x[i + 1] - x[i]).norm()) continue;
+        const Vec3 before = i > 0 ? x[i - 1] : Vec3(2.0 * x[0] - x[1]), after = i + 2 < x.size() ? x[i + 2] : Vec3(2.0 * x[i + 1] - x[i]);
+        for (int k = 0; k <= 200; ++k) {
+            const double t = k / 200.0;
+            const Vec3 on = 0.5 * (2.0 * x[i] + (x[i + 1] - before) * t + (2.0 * before - 5.0 * x[i] + 4.0 * x[i + 1] - after) * t * t +
+                                   (3.0 * x[i] - before - 3.0 * x[i + 1] + after) * t * t * t);
+            least = std::min(least, (on - place).norm());
+        }
+    }
+    return least;
+}
+
 } // namespace trocar::fem
