@@ -62,6 +62,13 @@ public:
         substitute_back(x);
     }
 
+    /// Calls entry(a, b, value) of all of its entries but those above the diagonal, before solve().
+    template <class Entry>
+    void for_each_entry(const Entry& entry) const noexcept {
+        for (std::size_t c = 0; c < size_; ++c)
+            for (std::size_t m = 0; m <= kBandwidth && c + m < size_; ++m) entry(c + m, c, data_[c * (kBandwidth + 1) + m]);
+    }
+
     /// After solve(): was the matrix positive definite?
     [[nodiscard]] bool is_definite() const noexcept {
         bool positive = true;

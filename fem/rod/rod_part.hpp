@@ -2,6 +2,7 @@
 // coordinates.
 #pragma once
 
+#include "fem/rod/joint_band.hpp"
 #include "fem/rod/rod_step.hpp"
 
 #include <optional>
@@ -43,6 +44,14 @@ public:
     virtual void push_place(const SurfacePlace& place, const Vec3& force, const Mat3& stiffness) noexcept = 0;
     /// b: the right side, x: what the band alone answers; [size]
     virtual void solve_band(std::span<double> b, std::span<double> x) noexcept = 0;
+    /// Instead of solve_band, where it is solved with others: the right side, and where the band's entries go.
+    virtual void copy_right_side(std::span<double> b) const noexcept = 0;
+    virtual void couple_band(std::size_t from, JointBand& joint) const noexcept = 0;
+    virtual void add_band(std::size_t from, JointBand& joint) const noexcept = 0;
+    /// The coordinates of a place's node, of all of this rod; none: it does not move.
+    [[nodiscard]] virtual std::size_t coordinates() const noexcept = 0; // of a node
+    [[nodiscard]] virtual Index first() const noexcept = 0;             // node that moves
+    [[nodiscard]] virtual double arc(Index node) const noexcept = 0;    // m, from the port
     virtual void solve_again(std::span<double> x) noexcept = 0;
     [[nodiscard]] virtual bool is_coupled() const noexcept = 0; // with itself
     virtual void couple_itself(std::span<const double> p, std::span<double> out) const noexcept = 0;
@@ -136,6 +145,21 @@ public:
         std::copy_n(work_.rhs.begin(), x.size(), x.begin());
         band_->solve(x);
     }
+    void copy_right_side(std::span<double> b) const noexcept override { std::copy_n(work_.rhs.begin(), b.size(), b.begin()); }
+    void couple_band(std::size_t from, JointBand& joint) const noexcept override {
+        for (std::size_t i = 0; i < moving(); ++i) {
+            const std::size_t last = kCoordinates * std::min(i + 3, moving());
+            for (std::size_t k = 0; k < kCoordinates; ++k) joint.couple(from + kCoordinates * i + k, from + last - 1);
+        }
+    }
+    void add_band(std::size_t from, JointBand& joint) const noexcept override {
+        band_->for_each_entry([&](std::size_t a, std::size_t b, double value) {
+            if (value != 0.0) joint.add(from + a, from + b, value);
+        });
+    }
+    [[nodiscard]] std::size_t coordinates() const noexcept override { return kCoordinates; }
+    [[nodiscard]] Index first() const noexcept override { return first_; }
+    [[nodiscard]] double arc(Index node) const noexcept override { return arc_of(model_, state_.insertion, node); }
     void solve_again(std::span<double> x) noexcept override { band_->solve_again(x, 0); }
     [[nodiscard]] bool is_coupled() const noexcept override { return !work_.couplings.empty(); }
     void couple_itself(std::span<const double> p, std::span<double> out) const noexcept override {

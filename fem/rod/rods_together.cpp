@@ -10,11 +10,17 @@ namespace trocar::fem {
 
 namespace {
 
-/// The bands of all rods, one after another.
+/// The bands of all rods, one after another; or the joint one.
 class BandOfAll {
 public:
-    BandOfAll(std::span<RodOfMany> rods) noexcept : rods_(rods) {}
+    BandOfAll(std::span<RodOfMany> rods, JointBand& joint) noexcept : rods_(rods), joint_(joint) {}
+    bool is_joint = false;
+
     void solve_again(std::span<double> x, std::size_t) noexcept {
+        if (is_joint) {
+            joint_.solve(x);
+            return;
+        }
         for (RodOfMany& rod : rods_) {
             rod.part().solve_again(x.first(rod.part().size()));
             x = x.subspan(rod.part().size());
@@ -23,13 +29,14 @@ public:
 
 private:
     std::span<RodOfMany> rods_;
+    JointBand& joint_;
 };
 
 /// One stage of all rods.
 class StepOfAll {
 public:
     StepOfAll(std::span<const SolvedRod> solved, std::span<RodMeeting> meetings, std::span<RodOfMany> rods, TogetherWorkspace& work) noexcept
-        : solved_(solved), meetings_(meetings), rods_(rods), work_(work), all_(rods) {
+        : solved_(solved), meetings_(meetings), rods_(rods), work_(work), all_(rods, work.joint) {
         std::size_t size = 0;
         for (std::size_t r = 0; r < rods.size(); ++r) from_[r] = size, size += part(r).size();
         size_ = size;
@@ -214,10 +221,22 @@ private:
         bool coupled = false;
         for (std::size_t r = 0; r < rods_.size(); ++r) part(r).assemble();
         push_meetings();
-        for (std::size_t k = 0; k < meetings_.size(); ++k) coupled = coupled || press(k).press.pushed;
+        all_.is_joint = false;
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            coupled = coupled || (press(k).press.pushed && !is_in_bore(k));
+            all_.is_joint = all_.is_joint || (press(k).press.pushed && is_in_bore(k));
+        }
         for (std::size_t r = 0; r < rods_.size(); ++r) {
-            part(r).solve_band(of(r, b), of(r, x));
+            if (all_.is_joint)
+                part(r).copy_right_side(of(r, b));
+            else
+                part(r).solve_band(of(r, b), of(r, x));
             coupled = coupled || part(r).is_coupled();
+        }
+        if (all_.is_joint) {
+            factorise_joint();
+            std::copy(b.begin(), b.end(), x.begin());
+            work_.joint.solve(x);
         }
         if (coupled) {
             const unsigned inner = conjugate_gradients(all_, std::span<const double>(b), x, work_.all,
@@ -229,13 +248,65 @@ private:
         for (std::size_t r = 0; r < rods_.size(); ++r) part(r).set_correction(of(r, x));
     }
 
+    [[nodiscard]] bool is_in_bore(std::size_t k) const noexcept { return meetings_[k].play > 0.0; }
+
+    /// All rods in one matrix, with what couples those in bores.
+    void factorise_joint() {
+        std::vector<JointBand::Node>& nodes = work_.nodes;
+        nodes.clear(); // reserved
+        for (std::size_t r = 0; r < rods_.size(); ++r)
+            for (Index i = part(r).first(); i < solved_[r].model.node_count(); ++i)
+                nodes.push_back({part(r).arc(i), chain_of(r), from_[r] + part(r).coordinates() * (i - part(r).first()), part(r).coordinates()});
+        JointBand& joint = work_.joint;
+        joint.order(nodes);
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).couple_band(from_[r], joint);
+        for_each_bore_entry([&](std::size_t a, std::size_t b, double) { joint.couple(a, b); });
+        joint.begin();
+        for (std::size_t r = 0; r < rods_.size(); ++r) part(r).add_band(from_[r], joint);
+        for_each_bore_entry([&](std::size_t a, std::size_t b, double value) { joint.add(a, b, value); });
+        joint.factorise();
+    }
+    /// Rods in one another's bores are in order along one axis.
+    [[nodiscard]] Index chain_of(std::size_t r) const noexcept {
+        for (std::size_t k = 0; k < meetings_.size(); ++k)
+            if (is_in_bore(k) && meetings_[k].rod == solved_[r].id) return find_part(meetings_[k].other_rod);
+        return static_cast<Index>(r);
+    }
+
+    /// Calls entry(a, b, value) of what the coordinates of two rods feel of each other in a bore.
+    template <class Entry>
+    void for_each_bore_entry(const Entry& entry) noexcept {
+        for (std::size_t k = 0; k < meetings_.size(); ++k) {
+            const MeetingPress& own = press(k);
+            if (!own.press.pushed || !is_in_bore(k)) continue;
+            for (std::size_t j = 0; j < own.loads; ++j)
+                for (int a = 0; a < 2; ++a)
+                    for (int b = 0; b < 2; ++b) add_block(own, own.load[j], a, b, entry);
+        }
+    }
+    template <class Entry>
+    void add_block(const MeetingPress& own, const MeetingLoad& load, int a, int b, const Entry& entry) noexcept {
+        const Index one = own.part[0], other = own.part[1];
+        const Index i = load.place[0].node + static_cast<Index>(a), k = load.place[1].node + static_cast<Index>(b);
+        if (i < part(one).first() || k < part(other).first()) return;
+        const std::size_t row = from_[one] + part(one).coordinates() * (i - part(one).first());
+        const std::size_t column = from_[other] + part(other).coordinates() * (k - part(other).first());
+        for (std::size_t u = 0; u < part(one).coordinates(); ++u)
+            for (std::size_t v = 0; v < part(other).coordinates(); ++v)
+                entry(row + u, column + v, -motion_of(load.place[0], a, u).dot(load.start_stiffness * motion_of(load.place[1], b, v)));
+    }
+    /// How the place moves with a coordinate of its first or second node.
+    [[nodiscard]] static Vec3 motion_of(const SurfacePlace& place, int node, std::size_t coordinate) noexcept {
+        return coordinate < 3 ? Vec3(place.weight[node].col(static_cast<int>(coordinate))) : Vec3(place.share[node] * place.roll);
+    }
+
     /// What each place feels of the other one's motion.
     void couple(std::span<const double> p, std::span<double> out) noexcept {
         for (std::size_t r = 0; r < rods_.size(); ++r)
             if (part(r).is_coupled()) part(r).couple_itself(of(r, p), of(r, out));
         for (std::size_t k = 0; k < meetings_.size(); ++k) {
             const MeetingPress& own = press(k);
-            if (!own.press.pushed) continue;
+            if (!own.press.pushed || (all_.is_joint && is_in_bore(k))) continue;
             for (std::size_t j = 0; j < own.loads; ++j)
                 for (int side = 0; side < 2; ++side) {
                     const MeetingLoad& load = own.load[j];

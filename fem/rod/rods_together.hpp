@@ -1,8 +1,8 @@
 // Rods that press on one another, solved together: one Newton iteration over all of them, so that both sides of a place feel the same force.
 //
 // Each rod's band is factorised as if it were alone, with what it feels of its own motion where others press on it. What it feels of
-// theirs couples the bands: conjugate gradients with the bands as preconditioner (conjugate_gradients.hpp). Search and convergence are of
-// all rods at once. docs/contact.md, "Two rods".
+// theirs couples the bands: conjugate gradients with the bands as preconditioner (conjugate_gradients.hpp). Rods in bores that press are
+// one matrix (joint_band.hpp). Search and convergence are of all rods at once. docs/contact.md, "Two rods".
 #pragma once
 
 #include "fem/rod/rod_part.hpp"
@@ -54,6 +54,8 @@ struct TogetherWorkspace {
     std::array<RodOfMany, kMostTogether> rods;
     RodWorkspace all; // rhs, residual and what conjugate gradients want, of all coordinates
     std::vector<MeetingPress> presses;
+    JointBand joint; // of rods in bores
+    std::vector<JointBand::Node> nodes;
 };
 
 /// nodes   of all rods together
