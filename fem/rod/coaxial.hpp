@@ -1,4 +1,5 @@
-// A guide wire inside a catheter: two rods on one centre line where they overlap, the wire alone beyond the catheter's tip.
+// A guide wire inside a catheter whose bore is not stated: two rods on one centre line where they overlap, the wire alone beyond the catheter's tip.
+// bore_contact.hpp is the same with play.
 //
 // The catheter's nodes and the wire's nodes beyond its tip are one chain, solved as one rod: in the overlap it bends with the
 // sum of both stiffnesses about the mean of both rest shapes, weighted by them. So neither a wire much stiffer than the
