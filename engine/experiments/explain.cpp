@@ -116,8 +116,9 @@ void tell_instruments(const Scene& scene, const PreparedScene& prepared, std::st
         if (m.inside)
             text += m.play > 0.0 ? fmt::format("  {:<15} in the bore of {} with {:g} mm of play on all sides, solved with it\n", "",
                                                 prepared.model.instruments[*m.inside].name, 1e3 * m.play)
-                                  : fmt::format("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
-                                                prepared.model.instruments[*m.inside].name);
+                                  : fmt::format("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap{}\n", "",
+                                                prepared.model.instruments[*m.inside].name,
+                                                !told.play ? "" : scene.instruments[*m.inside].inner_radius > 0.0 ? ": less than 1 um of play" : ": it states no inner_radius");
         if (m.tip_hold)
             text += fmt::format("  {:<15} its tip is clamped{}{}\n", "", m.tip_hold->slides ? ", free along its axis" : "",
                        m.tip_hold->spins ? ", free about its axis" : "");

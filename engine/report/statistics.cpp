@@ -164,6 +164,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     instrument_contacts += report.instrument_contacts;
     instrument_held_steps += report.instrument_held > 0;
     largest_instrument_n = std::max(largest_instrument_n, report.instrument_force_n);
+    beyond_bore_steps += report.beyond_bores > 0;
     largest_bore_excess_m = std::max(largest_bore_excess_m, report.bore_excess_m);
     largest_self_n = std::max(largest_self_n, report.self_force_n);
     unsettled_rods += report.unsettled_rods;

@@ -80,6 +80,7 @@ struct RunStatistics {
     double packing_density = -1.0, largest_self_n = 0.0; // [-] last; N, sum of normal forces of instruments on themselves
     double largest_instrument_n = 0.0;                // N, the same on one another
     double largest_bore_excess_m = 0.0;               // m
+    std::uint64_t beyond_bore_steps = 0;
     std::uint64_t left_pairs = 0, left_steps = 0, floor_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
     std::uint64_t carried_steps = 0, drive_limited_steps = 0, drive_stop_steps = 0, clamped_steps = 0, exact_forced = 0, dropped_steps = 0;

@@ -134,6 +134,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Instruments held before one another", t.instrument_held_steps, fmt::format("in {}", of_steps(t.instrument_held_steps, record)),
                                    Mark::Note, "Only a part of their motion was proven not to pass through another one, and that part was taken "
                                                "(instrument_held in steps.csv)."));
+    if (t.beyond_bore_steps > 0)
+        losses.push_back(make_loss("Instruments beyond their bore", t.beyond_bore_steps,
+                                   fmt::format("in {}, by {:.2g} mm at most", of_steps(t.beyond_bore_steps, record), 1e3 * t.largest_bore_excess_m), Mark::Note,
+                                   "By more than a tenth of their play (bore_excess_mm in steps.csv): a wire far softer than the tube around it has folded, "
+                                   "or moved too far in a step. Shorter steps, or \"play\": false."));
     if (t.unsettled_rods > 0)
         losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,
                                    fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,

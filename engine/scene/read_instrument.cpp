@@ -86,7 +86,7 @@ std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const 
     for (const SceneInstrument* one : {&outer, &inner})
         if (one->kind != InstrumentKind::Rod) return fmt::format("{} is a mass_spring; expected the kind \"rod\" for both", one->name);
     if (outer.inside != kNoIndex)
-        return fmt::format("{} runs inside {} itself; expected that one", outer.name, scene.instruments[outer.inside].name);
+        return fmt::format("{} runs inside {} itself; expected that one: no more than two rods lie in one another", outer.name, scene.instruments[outer.inside].name);
     for (const SceneInstrument& other : scene.instruments)
         if (other.inside != kNoIndex && scene.instruments[other.inside].name == outer.name)
             return fmt::format("{} runs inside {} already; expected one wire to a catheter", other.name, outer.name);

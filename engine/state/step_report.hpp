@@ -60,6 +60,7 @@ struct StepReport {
     unsigned self_held = 0;           // instruments of whose motion only a part was proven not to pass through themselves, and taken
     std::uint64_t instrument_contacts = 0; // places where instruments press on one another
     unsigned instrument_held = 0;     // instruments of whose motion only a part was proven not to pass through others, and taken
+    unsigned beyond_bores = 0;        // places of instruments with play that are beyond their bore by more than a tenth of the play
     unsigned rod_iterations = 0;      // of Newton's method, in all solves of the step and all instruments
     unsigned unsettled_rods = 0;      // stages of rods whose contact forces had not settled when the iteration ended
     double safe_fraction = 1.0;       // < 1: the motion of this step was scaled to this share

@@ -39,7 +39,7 @@ void retry_with_drive_stopped(const SceneModel& model, std::size_t instrument, S
 
 /// What the rough look ahead does not solve for: a rod against itself, and against others.
 bool may_be_carried(const SceneModel& model, std::size_t instrument, const RodsScratch& rods) {
-    if (!rods.together.empty()) return false;
+    if (leads_together(rods, instrument)) return false;
     for (const std::size_t one : solved_with(model, rods, instrument))
         if (rods.instruments[one].meets_itself) return false;
     return true;
@@ -50,8 +50,12 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
     const bool is_tested = live.coarse_contact || live.exact_contact;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (!is_tested) state.instruments[i].kept_inside = false;
-        if (report.exact_ran || is_solved_with_another(model, rods, i) || !is_tested) continue;
-        follow_wall(model, model.instruments[i].lumen, state, rods, &budget);
+        if (report.exact_ran || is_solved_with_another(model, rods, i)) continue;
+        if (!is_tested) {
+            if (leads_together(rods, i)) solve_instrument(model, i, state, rods); // bores are there without any effect
+            continue;
+        }
+        follow_walls(model, i, state, rods, &budget);
         if (may_be_carried(model, i, rods) && !budget.response_fits() && carry_response(model, i, state, rods, report, budget)) continue;
         solve_between_walls(model, i, state, rods, budget);
         bool penetrates = penetrates_wall(model, i, state, rods);
@@ -76,7 +80,11 @@ void forget_forces(State& state) {
     for (InstrumentState& instrument : state.instruments)
         for (auto* planes : {&instrument.planes, &instrument.self_planes})
             for (fem::RodPlane& plane : *planes) plane.force = 0.0, plane.drag.setZero();
-    for (fem::RodMeeting& meeting : state.meetings) meeting.plane.force = 0.0, meeting.plane.drag.setZero();
+    for (fem::RodMeeting& meeting : state.meetings) {
+        const bool stays = meeting.play > 0.0; // a rod rests in its bore on
+        meeting.plane.force = stays ? meeting.plane.start_force : 0.0;
+        meeting.plane.drag = stays ? meeting.plane.start_drag : Vec3(Vec3::Zero());
+    }
 }
 
 void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {

@@ -75,7 +75,7 @@ void predict_instruments(const SceneModel& model, const EffectSet& live, unsigne
     rods.tissue_moves = live.elasticity && (dropped & drop_bit(Droppable::Elasticity)) == 0;
     if (rods.tissue_moves) move_planes(model, state);
     const bool rough = live.coarse_contact || live.exact_contact; // then the walls' planes of this step are solved against
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) if (!is_solved_with_another(model, rods, i)) solve_instrument(model, i, state, rods, rough);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) if (!is_solved_with_another(model, rods, i)) solve_instrument(model, i, state, rods, rough || leads_together(rods, i));
     find_meetings(model, state, rods);
     push_walls(model, state, bodies, rods);
 }

@@ -107,7 +107,7 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
         const ExactForecast forecast = forecast_exact(model, i, state, rods);
         rods.instruments[i].forecast = forecast;
         if (!is_dropped && budget.exact_fits(forecast)) {
-            follow_wall(model, model.instruments[i].lumen, state, rods, &budget);
+            follow_walls(model, i, state, rods, &budget);
             const ExactOutcome outcome = find_exact_contacts(model, i, state, rods, report, &budget);
             budget.end_exact(outcome.finished);
             if (outcome.finished) {

@@ -56,6 +56,7 @@ public:
         : outer_(outer), inner_(inner), last_(last), meetings_(meetings) {}
 
     void list() {
+        const std::size_t begin = meetings_.size();
         const double reach = std::min(inner_.insertion, outer_.insertion);
         const double end = reach - kMouthShare * inner_.model->segment;
         if (inner_.model->segment <= outer_.model->segment) {
@@ -68,6 +69,7 @@ public:
             add_outer(static_cast<Index>(outer_.model->node_count() - 1), BorePlace::Mouth);
         else
             add_inner(static_cast<Index>(inner_.model->node_count() - 1), BorePlace::InnerTip);
+        hand_on_rest(begin);
     }
 
 private:
@@ -113,14 +115,35 @@ private:
         return length > 0.0 ? Vec3(normal / length) : Vec3(Vec3::UnitX());
     }
 
+    [[nodiscard]] bool is_of_pair(const RodMeeting& old) const noexcept { return old.play > 0.0 && old.rod == inner_.id && old.other_rod == outer_.id; }
     /// A place is the same as before by its node; the mouth and the tip are by themselves.
-    void hand_on(RodMeeting& meeting) const noexcept {
-        const bool by_inner = meeting.plane.side == static_cast<std::uint8_t>(BorePlace::InnerNode);
-        const bool by_outer = meeting.plane.side == static_cast<std::uint8_t>(BorePlace::OuterNode);
+    [[nodiscard]] static bool is_same_place(const RodPlane& a, const RodPlane& b) noexcept {
+        if (a.side != b.side) return false;
+        if (a.side == static_cast<std::uint8_t>(BorePlace::InnerNode)) return a.node == b.node && a.weight == b.weight;
+        if (a.side == static_cast<std::uint8_t>(BorePlace::OuterNode)) return a.other == b.other && a.other_weight == b.other_weight;
+        return true;
+    }
+    /// What has passed the mouth, or has become the tip, leaves its load there.
+    void hand_on_rest(std::size_t begin) const noexcept {
+        const std::span<RodMeeting> listed = std::span(meetings_).subspan(begin);
+        Vec3 force = Vec3::Zero(), drag = Vec3::Zero();
         for (const RodMeeting& old : last_) {
-            if (!(old.play > 0.0) || old.rod != meeting.rod || old.other_rod != meeting.other_rod || old.plane.side != meeting.plane.side) continue;
-            if (by_inner && (old.plane.node != meeting.plane.node || old.plane.weight != meeting.plane.weight)) continue;
-            if (by_outer && (old.plane.other != meeting.plane.other || old.plane.other_weight != meeting.plane.other_weight)) continue;
+            if (!is_of_pair(old) || std::any_of(listed.begin(), listed.end(), [&](const RodMeeting& m) { return is_same_place(m.plane, old.plane); })) continue;
+            force += old.plane.start_force * old.plane.normal;
+            drag += old.plane.start_drag;
+        }
+        RodPlane& end = listed.back().plane;
+        force += end.start_force * end.normal;
+        const double length = std::sqrt(force.squaredNorm());
+        if (!(length > end.start_force)) return; // nothing was left
+        end.normal = force / length;
+        end.force = end.start_force = length;
+        drag += end.start_drag;
+        end.drag = end.start_drag = drag - end.normal.dot(drag) * end.normal;
+    }
+    void hand_on(RodMeeting& meeting) const noexcept {
+        for (const RodMeeting& old : last_) {
+            if (!is_of_pair(old) || !is_same_place(old.plane, meeting.plane)) continue;
             RodPlane& plane = meeting.plane;
             plane.normal = old.plane.normal;
             plane.force = plane.start_force = old.plane.start_force;
@@ -154,6 +177,18 @@ CurvePoint find_on_curve(std::span<const Vec3> axis, const Vec3& place, Index st
     const double length = std::sqrt(point.along.squaredNorm());
     point.along = length > 0.0 ? Vec3(point.along / length) : Vec3(Vec3::Zero());
     return point;
+}
+
+double find_bore_excess(const RodMeeting& meeting, std::span<const Vec3> inner, std::span<const Vec3> outer) noexcept {
+    const RodPlane& plane = meeting.plane;
+    const auto on_chord = [](std::span<const Vec3> axis, Index node, double weight) { return Vec3((1.0 - weight) * axis[node] + weight * axis[node + 1]); };
+    const bool by_outer = plane.side == static_cast<std::uint8_t>(BorePlace::OuterNode) || plane.side == static_cast<std::uint8_t>(BorePlace::Mouth);
+    const std::span<const Vec3> axis = by_outer ? inner : outer;
+    const Vec3 place = by_outer ? on_chord(outer, plane.other, plane.other_weight) : on_chord(inner, plane.node, plane.weight);
+    const CurvePoint at = find_on_curve(axis, place, by_outer ? plane.node : plane.other);
+    Vec3 apart = place - on_chord(axis, at.node, at.weight) - at.beside;
+    apart -= at.along.dot(apart) * at.along;
+    return std::max(0.0, std::sqrt(apart.squaredNorm()) - meeting.play);
 }
 
 void list_bore(const MovedRod& outer, const MovedRod& inner, std::span<const RodMeeting> last, std::vector<RodMeeting>& meetings) {

@@ -27,8 +27,12 @@ struct CurvePoint {
 /// fails  never; where nodes coincide `along` is the zero vector
 [[nodiscard]] CurvePoint find_on_curve(std::span<const Vec3> axis, const Vec3& place, Index start) noexcept;
 
+/// m, by which a place is beyond the bore that it is in, sought anew where the rods are; 0 in it.
+/// inner, outer   [node_count] m, of the rods of a meeting with play
+[[nodiscard]] double find_bore_excess(const RodMeeting& meeting, std::span<const Vec3> inner, std::span<const Vec3> outer) noexcept;
+
 /// The limits of `inner` in the bore of `outer`, at the step's end; those of the last step hand on their forces.
-/// last       meetings that had a force
+/// last       meetings that had a force; what a place had that is none any more goes to the mouth, or the tip
 /// meetings   appended to
 void list_bore(const MovedRod& outer, const MovedRod& inner, std::span<const RodMeeting> last, std::vector<RodMeeting>& meetings);
 

@@ -17,6 +17,8 @@ namespace {
 constexpr double kMeetingReachFactor = 2.0, kLeastMeetingReach = 0.2; // [-]
 /// m/s, at which rods that start nearer than they may be are parted.
 constexpr double kMeetingParting = 2e-3;
+/// [-] of the play, and m: a solve that ends farther beyond a bore than both together is made again.
+constexpr double kBoreSlack = 2e-2, kLeastBoreSlack = 1e-6;
 /// Cosine above which a plane goes on with the forces of another one, and how far along the rods that may have been, in segments.
 constexpr double kSameMeetingSide = 0.8, kSameMeetingPlace = 1.0;
 
@@ -54,6 +56,7 @@ void RodMeetings::reserve(std::size_t nodes) {
 
 void RodMeetings::begin(std::span<const MovedRod> rods, double step) {
     step_ = step;
+    listed_again_ = false;
     for (std::size_t r = 0; r < rods.size(); ++r) {
         const MovedRod& rod = rods[r];
         reach_[r].resize(rod.from.size());
@@ -88,7 +91,7 @@ void RodMeetings::find_pairs_of(std::span<const MovedRod> rods, Index one, Index
     const bool in_its_bore = b.inside == a.id;
     for (const SegmentPair& pair : found_) {
         if (in_its_bore && is_beside_mouth(a, b, pair.a, pair.b)) continue;
-        if (pair.a + 1 != first_[one] || pair.b + 1 != first_[other]) pairs_.push_back({pair, one, other});
+        if (pair.a + 1 != a.first || pair.b + 1 != b.first) pairs_.push_back({pair, one, other});
     }
 }
 
@@ -174,14 +177,29 @@ bool RodMeetings::lengthen_reaches(std::span<const MovedRod> rods) {
     return left;
 }
 
-bool RodMeetings::check(std::span<const MovedRod> rods, std::vector<RodMeeting>& meetings) {
+bool RodMeetings::check(std::span<const MovedRod> rods, bool settled, std::vector<RodMeeting>& meetings) {
     if (lengthen_reaches(rods)) {
+        list_planes(rods, meetings);
+        return false;
+    }
+    if (settled && !listed_again_ && leaves_bore(rods, meetings)) {
+        listed_again_ = true;
+        for (RodMeeting& meeting : meetings) // of a limit that is new: the next solve begins with what this one came to
+            if (meeting.play > 0.0 && meeting.plane.start_force == 0.0) meeting.plane.start_force = meeting.plane.force, meeting.plane.start_drag = meeting.plane.drag;
         list_planes(rods, meetings);
         return false;
     }
     const std::size_t known = meetings.size();
     for (const Pair& pair : pairs_) (void)prove(rods, pair, &meetings);
     return meetings.size() == known;
+}
+
+bool RodMeetings::leaves_bore(std::span<const MovedRod> rods, std::span<const RodMeeting> meetings) noexcept {
+    return std::any_of(meetings.begin(), meetings.end(), [&](const RodMeeting& meeting) {
+        if (!(meeting.play > 0.0)) return false;
+        const double excess = find_bore_excess(meeting, rods[find_rod(rods, meeting.rod)].to, rods[find_rod(rods, meeting.other_rod)].to);
+        return excess > kBoreSlack * meeting.play + kLeastBoreSlack;
+    });
 }
 
 double RodMeetings::find_proven_share(std::span<const MovedRod> rods) {

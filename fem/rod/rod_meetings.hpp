@@ -36,8 +36,10 @@ public:
     void begin(std::span<const MovedRod> rods, double step);
     /// The half-spaces of all pairs, and of those that would meet on the way where they would; those of the last step hand on their forces.
     void list_planes(std::span<const MovedRod> rods, std::vector<RodMeeting>& meetings);
-    /// Did a solve that ended at `to` keep apart all the way what it may not pass? Where not `meetings` is changed: it wants to be solved again.
-    [[nodiscard]] bool check(std::span<const MovedRod> rods, std::vector<RodMeeting>& meetings);
+    /// Did a solve that ended at `to` keep apart all the way what it may not pass, and in its bore what has play there? Where not `meetings` is
+    /// changed: it wants to be solved again.
+    /// settled   the solve's forces mean something: limits of bores begin the next one with them
+    [[nodiscard]] bool check(std::span<const MovedRod> rods, bool settled, std::vector<RodMeeting>& meetings);
     /// Returns the share of the motion of all of them, whatever moved them since, that is proven.
     [[nodiscard]] double find_proven_share(std::span<const MovedRod> rods);
 
@@ -52,6 +54,7 @@ private:
     void find_pairs(std::span<const MovedRod> rods);
     void find_pairs_of(std::span<const MovedRod> rods, Index one, Index other);
     [[nodiscard]] bool lengthen_reaches(std::span<const MovedRod> rods);
+    [[nodiscard]] static bool leaves_bore(std::span<const MovedRod> rods, std::span<const RodMeeting> meetings) noexcept;
     [[nodiscard]] const Pair* find_pair(const Pair& like, Index a, Index b) const noexcept;
     [[nodiscard]] bool is_pushed_elsewhere(const Pair& pair) const noexcept;
     [[nodiscard]] RodMeeting plane_of(std::span<const MovedRod> rods, const Pair& pair) const noexcept;
@@ -67,6 +70,7 @@ private:
     std::array<Index, kMostTogether> first_{}; // node of rod k of the list that has passed its port, and the mouth of the bore that it is in
     std::array<bool, kMostTogether> in_bore_{}; // rod k of the list is in a bore, or has a rod in its own
     double step_ = 0.0; // s
+    bool listed_again_ = false; // in this step, since a solve left a bore
 };
 
 } // namespace trocar::fem

@@ -163,7 +163,8 @@ private:
             evaluate_press(plane, own.press, depth, own.across, own.softness, bound_of(k, own.press.bounding), held && own.press.force > 0.0, [&] {
                 const MeetingLoad& load = own.load[own.loads - 1];
                 const Vec3 moved = part_of(k, 0).displacement(load.place[0]) - part_of(k, 1).displacement(load.place[1]);
-                return Vec3(moved - plane.normal.dot(moved) * plane.normal);
+                const double turned = is_in_bore(k) ? plane.normal.dot(own.press.anchor) : 0.0; // the anchor is across the normal of before
+                return Vec3(moved - (plane.normal.dot(moved) + turned) * plane.normal);
             });
             own.turning.setZero();
             if (!(aside > kLeastAside * meetings_[k].play) || !(plane.force > 0.0)) continue;

@@ -21,9 +21,9 @@ std::string over_the_wire(const OverTheWire& c) {
     "instruments": {{
         "catheter": {{"length": 160, "radius": {}, "inner_radius": {}, "young_modulus": 40, "segment": 2.5, "skin_triangles": 2000, "friction": {},
             "tip": {{"shape": "J", "length": 10, "angle": 0.7}}, "lumen": "vessel", "entry": {{"position": [0, 0.2, 6], "direction": [0, 0, 1]}},
-            "limits": {{"speed": 4000, "rotation": 1000}}, "path": [[0, 5, 0], [{}, 45, 0], [{}, 85, 1]]}},
+            "limits": {{"speed": 10000, "rotation": 1000}}, "path": [[0, 5, 0], [{}, 45, 0], [{}, 85, 1]]}},
         "wire": {{"inside": "catheter", "length": 200, "radius": {}, "young_modulus": 500, "segment": 2, "skin_triangles": 2000, "friction": {},
-            "limits": {{"speed": 4000, "rotation": 1000}}, "path": [[0, 3, 0], [{}, 80, 2], [{}, 60, -2]]{}}}}},
+            "limits": {{"speed": 10000, "rotation": 1000}}, "path": [[0, 3, 0], [{}, 80, 2], [{}, 60, -2]]{}}}}},
     "effects": [{}]
 }})",
                        c.step, 2.0 * out, c.budget, c.bore + 0.3, c.bore, c.friction, out, 2.0 * out, c.wire, c.friction, out, 2.0 * out, c.more, c.effects);
@@ -76,7 +76,7 @@ TEST(BoreScene, TheWireStaysInTheBoreAtAnyBudgetStepAndSpeed) {
 /// Commands a hundred times beyond what a surgeon's hand does are cut to what a step may move, and said.
 TEST(BoreScene, DrivesBeyondAllSpeedAreCutAndTheWireStaysIn) {
     OverTheWire c;
-    c.speed = 3500.0;
+    c.speed = 2500.0;
     c.effects += R"(, "twist")";
     const PreparedScene prepared = test::prepare(over_the_wire(c));
     Simulator simulator(prepared.model);
@@ -114,6 +114,57 @@ TEST(BoreScene, AForkGoesOnToTheSameBitsAndContactsNameBoth) {
         seen += own;
     }
     EXPECT_GT(seen, 30u);
+}
+
+/// All pairs with play are one solve: each is held by the wall of its own lumen, whichever of them leads, and whether that wall moves.
+TEST(BoreScene, PairsInTwoLumensStayEachInItsOwn) {
+    const auto pair = [](const char* outer, const char* wire, const char* lumen, double x, double far) {
+        return fmt::format(R"("{0}": {{"length": 150, "radius": 0.6, "inner_radius": 0.4, "young_modulus": 600, "tip": {{"shape": "J", "length": 10, "angle": 0.6}},
+            "segment": 2, "skin_triangles": 2000, "entry": {{"position": [{3}, 0, 4], "direction": [0, 0, 1]}}, "lumen": "{2}", "path": [[0, 8, 0], [2, {4}, 0]]}},
+            "{1}": {{"inside": "{0}", "length": 180, "radius": 0.25, "young_modulus": 4000, "segment": 2, "skin_triangles": 2000, "path": [[0, 8, 0], [2, {4}, 0]]}})",
+                           outer, wire, lumen, x, far);
+    };
+    const std::string still = pair("c", "w", "still", -200.0, 9.0), moving = pair("catheter", "wire", "artery", 0.0, 55.0);
+    for (const auto& [first, second] : {std::pair(still, moving), std::pair(moving, still)}) {
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{"name": "two", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 2}},
+            "bodies": {{
+                "artery": {{"kind": "deformable", "hollow": true,
+                    "surface": {{"shape": "vessels", "triangles": 3000, "branches": [[[0, 0, 0, 4], [0, 0, 25, 4], [5, 0, 45, 4], [16, 0, 60, 4], [30, 0, 70, 4]]]}},
+                    "material": {{"young_modulus": 200, "poisson_ratio": 0.45, "density": 1100, "viscosity": 0.02, "mass_damping": 20}},
+                    "coarse": {{"mesher": "wall", "thickness": 1, "layers": 1, "surface_triangles": 400}},
+                    "fixed": [{{"box": [[-10, -10, -10], [10, 10, 3]]}}, {{"sphere": {{"centre": [30, 0, 70], "radius": 6}}}}]}},
+                "still": {{"kind": "static", "hollow": true, "surface": {{"shape": "vessels", "triangles": 3000, "branches": [[[-200, 0, 0, 4], [-200, 0, 80, 4]]]}}}}}},
+            "instruments": {{{}, {}}}, "budget": "exact",
+            "effects": {{"elasticity": true, "damping": true, "coarse_contact": true, "exact_contact": true, "friction": true,
+                "breathing": {{"amplitude": 4, "period": 4, "direction": [1, 0, 0]}}}}}})",
+                                                                 first, second));
+        ASSERT_EQ(prepared.model.instruments.size(), 4u);
+        Simulator simulator(prepared.model);
+        std::size_t exits = 0;
+        for (int step = 0; step < 170; ++step) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            exits += report.lumen_exits;
+        }
+        EXPECT_EQ(exits, 0u);
+    }
+}
+
+/// A bore is no effect: without any of them the wire stays in it.
+TEST(BoreScene, WithoutAnyEffectTheWireStaysInTheBore) {
+    OverTheWire c;
+    c.effects.clear();
+    const PreparedScene prepared = test::prepare(over_the_wire(c));
+    Simulator simulator(prepared.model);
+    double most = 0.0, force = 0.0;
+    for (int step = 0; step < 300; ++step) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        most = std::max(most, farthest_in_bore(prepared.model, simulator.state()));
+        force += report.instrument_force_n;
+    }
+    EXPECT_LT(most, 1.1);
+    EXPECT_GT(force, 0.0);
 }
 
 TEST(BoreScene, PlayIsWhatTheBoreLeavesAndMayBeLeftOut) {

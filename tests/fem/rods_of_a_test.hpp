@@ -52,7 +52,8 @@ public:
         around.list_planes(moved(), meetings);
         for (rounds = 0; rounds < 4; ++rounds) {
             solve(dt, false);
-            if (around.check(moved(), meetings)) break;
+            const bool settled = std::all_of(rods.begin(), rods.end(), [](const auto& rod) { return rod->report.unconverged == 0; });
+            if (around.check(moved(), settled, meetings)) break;
         }
         share = around.find_proven_share(moved());
         if (share >= 1.0) return;

@@ -116,6 +116,10 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     wall.last_step = state.step;
 }
 
+void follow_walls(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods, StepBudget* budget) {
+    for (const std::size_t one : solved_with(model, rods, index)) follow_wall(model, model.instruments[one].lumen, state, rods, budget);
+}
+
 /// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.
 constexpr collision::TreeOptions kExactTree{.cluster_size = 16, .fine = true};
 

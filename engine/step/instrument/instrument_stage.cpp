@@ -5,6 +5,7 @@
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
+#include "fem/rod/bore_contact.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,9 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::optional<DriveCommand> kNoCommand;
+
+/// [-] of the play; an instrument that is farther than this beyond its bore is said to be.
+constexpr double kBeyondBore = 0.1;
 
 /// N; resistance at the handle when the last step's contact stopped it: more than a user pushes.
 constexpr double kBlocked = 1e3;
@@ -348,7 +352,11 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
         report.balance_n += std::sqrt((rod.handle_force + rod.clamp_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     for (const fem::RodMeeting& meeting : state.meetings) {
-        report.bore_excess_m = std::max(report.bore_excess_m, find_bore_excess(meeting, state));
+        if (meeting.play > 0.0) {
+            const double excess = fem::find_bore_excess(meeting, state.instruments[meeting.rod].rod.position, state.instruments[meeting.other_rod].rod.position);
+            report.bore_excess_m = std::max(report.bore_excess_m, excess);
+            report.beyond_bores += excess > kBeyondBore * meeting.play;
+        }
         if (!(meeting.plane.force > 0.0)) continue;
         ++report.instrument_contacts;
         report.instrument_force_n += meeting.plane.force;

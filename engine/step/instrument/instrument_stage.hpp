@@ -39,7 +39,12 @@ struct SolvedTogether {
     return all;
 }
 
-/// The same in this step, of those that may meet others too.
+/// Does this instrument stand for all that a joint solve takes in this step?
+[[nodiscard]] inline bool leads_together(const RodsScratch& rods, std::size_t instrument) noexcept {
+    return !rods.together.empty() && rods.together.front() == instrument;
+}
+
+/// Is it solved with another one that stands for it?
 [[nodiscard]] inline bool is_solved_with_another(const SceneModel& model, const RodsScratch& rods, std::size_t instrument) noexcept {
     if (shares_axis(model.instruments[instrument])) return true;
     for (std::size_t k = 1; k < rods.together.size(); ++k)
@@ -178,6 +183,9 @@ void build_exact_trees(const SceneModel& model, std::size_t instrument, const St
 /// budget   nullptr: nothing is charged
 void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
 
+/// The same of the walls of all that is solved with it.
+void follow_walls(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
+
 /// What the exact stage of an instrument, and of the wire in its bore, is expected to do: the numbers of its last run.
 [[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods) noexcept;
 
@@ -194,9 +202,6 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
 /// The same of the places where the rod presses on itself: both things are the instrument, features are its nodes.
 void list_self_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin,
                        std::vector<Contact>& contacts);
-
-/// m, by which a place is beyond the bore that it is in; 0 in it, and of half-spaces.
-[[nodiscard]] double find_bore_excess(const fem::RodMeeting& meeting, const State& state) noexcept;
 
 /// The same of all places where instruments press on one another: features are their nodes.
 void list_meetings(const SceneModel& model, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);

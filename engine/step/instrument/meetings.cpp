@@ -50,25 +50,14 @@ void find_meetings(const SceneModel& model, State& state, RodsScratch& rods) {
 
 bool check_meetings(const SceneModel& model, State& state, RodsScratch& rods) {
     std::array<fem::MovedRod, fem::kMostTogether> list;
-    return rods.meetings.check(moved_rods(model, state, rods, list), state.meetings);
+    const bool settled = std::all_of(rods.together.begin(), rods.together.end(), [&](std::size_t i) { return rods.instruments[i].rod_report.unconverged == 0; });
+    return rods.meetings.check(moved_rods(model, state, rods, list), settled, state.meetings);
 }
 
 double find_met_share(const SceneModel& model, const State& state, RodsScratch& rods) {
     if (!rods.meet) return 1.0;
     std::array<fem::MovedRod, fem::kMostTogether> list;
     return rods.meetings.find_proven_share(moved_rods(model, state, rods, list));
-}
-
-double find_bore_excess(const fem::RodMeeting& meeting, const State& state) noexcept {
-    if (!(meeting.play > 0.0)) return 0.0;
-    const auto place = [&](Index rod, Index node, double weight) {
-        const std::vector<Vec3>& axis = state.instruments[rod].rod.position;
-        return Vec3((1.0 - weight) * axis[node] + weight * axis[node + 1]);
-    };
-    const fem::RodPlane& plane = meeting.plane;
-    Vec3 apart = place(meeting.rod, plane.node, plane.weight) - place(meeting.other_rod, plane.other, plane.other_weight) + meeting.beside;
-    apart -= meeting.along.dot(apart) * meeting.along;
-    return std::max(0.0, std::sqrt(apart.squaredNorm()) - meeting.play);
 }
 
 static Vec3 on_axis(const fem::RodState& rod, Index node, double weight) {

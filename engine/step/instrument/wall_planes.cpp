@@ -204,26 +204,33 @@ std::size_t plane_from_walls(const SceneModel& model, std::size_t index, State& 
     return made;
 }
 
+/// m, of the walls of all that is solved with it.
+static double way_of_walls(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
+    double way = 0.0;
+    for (const std::size_t one : solved_with(model, rods, index)) {
+        const std::size_t lumen = model.instruments[one].lumen;
+        if (model.bodies[lumen].moves()) way = std::max(way, rods.walls[lumen].way);
+    }
+    return way;
+}
+
 double longest_approach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
-    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double longest = 0.0;
     for (const std::size_t one : solved_with(model, rods, index))
         longest = std::max(longest, longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position));
-    return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].way : 0.0);
+    return longest + way_of_walls(model, index, rods);
 }
 
 /// m; kPlaneReach, and the way that the wall itself comes.
 static double farthest_reach(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
-    const std::size_t lumen = model.instruments[index].lumen;
-    return kPlaneReach + (model.bodies[lumen].moves() ? rods.walls[lumen].way : 0.0);
+    return kPlaneReach + way_of_walls(model, index, rods);
 }
 
 bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, const State& state, const RodsScratch& rods) {
     if (!(reach < farthest_reach(model, index, rods))) return false;
-    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double farthest = 0.0; // in an iteration: it may overshoot what the solve ends with by far
     for (const std::size_t one : solved_with(model, rods, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
-    if (wall.moves()) farthest += rods.walls[model.instruments[index].lumen].way;
+    farthest += way_of_walls(model, index, rods);
     return std::max(farthest, longest_approach(model, index, state, rods)) > reach;
 }
 
