@@ -68,6 +68,17 @@ std::size_t count_meeting_nodes(const SceneModel& model) {
     return nodes;
 }
 
+/// [-] the longest segment over the shortest, of instruments of which one has play in the other's bore.
+double find_segment_ratio(const SceneModel& model) {
+    double ratio = 1.0;
+    for (const InstrumentModel& inner : model.instruments) {
+        if (!(inner.play > 0.0)) continue;
+        const double a = inner.rod.segment, b = model.instruments[*inner.inside].rod.segment;
+        ratio = std::max(ratio, std::max(a, b) / std::min(a, b));
+    }
+    return ratio;
+}
+
 void prepare_instruments(const SceneModel& model, const State& state, const RodsScratch* like, RodsScratch& rods) {
     rods.instruments.resize(model.instruments.size());
     rods.hits.reserve(kReservedContacts);
@@ -101,7 +112,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
     if (const std::size_t meeting_nodes = count_meeting_nodes(model); meeting_nodes > 0) {
         rods.together.reserve(fem::kMostTogether);
         rods.meetings.reserve(meeting_nodes);
-        fem::reserve_together(meeting_nodes, state.meetings.capacity(), rods.joint);
+        fem::reserve_together(meeting_nodes, state.meetings.capacity(), find_segment_ratio(model), rods.joint);
     }
     reserve_culling(model, rods);
 }

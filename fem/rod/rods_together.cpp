@@ -10,6 +10,9 @@ namespace trocar::fem {
 
 namespace {
 
+/// Ratios of segments beyond this make a step allocate.
+constexpr double kMostSegments = 50.0;
+
 /// The bands of all rods, one after another; or the joint one.
 class BandOfAll {
 public:
@@ -412,8 +415,12 @@ void end_stages(std::span<const SolvedRod> solved, std::span<const RodMeeting> m
 
 } // namespace
 
-void reserve_together(std::size_t nodes, std::size_t meetings, TogetherWorkspace& work) {
+void reserve_together(std::size_t nodes, std::size_t meetings, double segments, TogetherWorkspace& work) {
     RodWorkspace& all = work.all;
+    // A node meets the second one after it, and all that lies between: of the longer segments, and of the shorter ones beside them.
+    const std::size_t between = 2 * static_cast<std::size_t>(std::ceil(std::min(segments, kMostSegments))) + 6;
+    work.joint.reserve(kTwistedCoordinates * nodes, kTwistedCoordinates * nodes * kTwistedCoordinates * between);
+    work.nodes.reserve(nodes);
     for (auto* list : {&all.rhs, &all.residual, &all.remainder, &all.guess, &all.direction, &all.banded, &all.solution})
         list->resize(kTwistedCoordinates * nodes);
     work.presses.reserve(meetings);

@@ -58,8 +58,9 @@ struct TogetherWorkspace {
     std::vector<JointBand::Node> nodes;
 };
 
-/// nodes   of all rods together
-void reserve_together(std::size_t nodes, std::size_t meetings, TogetherWorkspace& workspace);
+/// nodes      of all rods together
+/// segments   [-] the longest segment over the shortest, of rods in one another's bores
+void reserve_together(std::size_t nodes, std::size_t meetings, double segments, TogetherWorkspace& workspace);
 
 /// Advances all of them by `step` seconds, as solve_rod would each alone where no meeting presses.
 /// rods       at most kMostTogether, without wires

@@ -89,7 +89,7 @@ TEST(BoreScene, DrivesBeyondAllSpeedAreCutAndTheWireStaysIn) {
         limited += report.drive_limited;
         EXPECT_EQ(report.lumen_exits, 0u);
     }
-    EXPECT_LT(most, 1.1);
+    EXPECT_LT(most, 1.3); // at 1 mm a step
     EXPECT_GT(limited, 20u);
 }
 
