@@ -133,7 +133,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("instrument_contacts", "", "Places where instruments press on one another.", row.r.instrument_contacts),
     TROCAR_COLUMN("instrument_force_n", "N", "Sum of the normal forces between instruments.", row.r.instrument_force_n),
     TROCAR_COLUMN("instrument_held", "", "Instruments that took only the part of their motion that was proven not to pass through one another.", row.r.instrument_held),
-    TROCAR_COLUMN("bore_excess_mm", "mm", "Farthest that an instrument with play is beyond the bore that it runs in.", 1e3 * row.r.bore_excess_m),
+    TROCAR_COLUMN("bore_excess_m", "m", "Farthest that an instrument with play is beyond the bore that it runs in.", row.r.bore_excess_m),
     TROCAR_COLUMN("beyond_bores", "", "Places of instruments with play that are beyond their bore by more than a tenth of the play.", row.r.beyond_bores),
     TROCAR_COLUMN("packing_density", "[-]", "Share of the scene's ball that instruments fill; -1: the scene names none.", row.r.packing_density),
     // the account: left of the budget when a part began (-1: no limit of time), taken by it, and work units taken

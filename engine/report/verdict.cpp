@@ -137,7 +137,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     if (t.beyond_bore_steps > 0)
         losses.push_back(make_loss("Instruments beyond their bore", t.beyond_bore_steps,
                                    fmt::format("in {}, by {:.2g} mm at most", of_steps(t.beyond_bore_steps, record), 1e3 * t.largest_bore_excess_m), Mark::Note,
-                                   "By more than a tenth of their play (bore_excess_mm in steps.csv): a wire far softer than the tube around it has folded, "
+                                   "By more than a tenth of their play (bore_excess_m in steps.csv): a wire far softer than the tube around it has folded, "
                                    "or moved too far in a step. Shorter steps, or \"play\": false."));
     if (t.unsettled_rods > 0)
         losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,

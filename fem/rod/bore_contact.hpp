@@ -5,7 +5,9 @@
 // bent rod would be held straight between its nodes. The bore's mouth, and the inner rod's tip where it is in the bore, are places as well.
 #pragma once
 
-#include "fem/rod/rod_meetings.hpp"
+#include "fem/rod/moved_rod.hpp"
+
+#include <vector>
 
 namespace trocar::fem {
 
