@@ -122,16 +122,15 @@ Json of_self_contact(const RunRecord& record, const Value& value) {
     return record.prepared.model.effects.self_contact ? of_instruments(record, value) : left_out();
 }
 
-template <class Value>
-Json of_instrument_contact(const RunRecord& record, const Value& value) {
-    return record.prepared.model.effects.instrument_contact ? of_instruments(record, value) : left_out();
+/// Has one of the instruments play in another one's bore?
+bool any_has_play(const RunRecord& record) {
+    const std::vector<InstrumentModel>& all = record.prepared.model.instruments;
+    return std::any_of(all.begin(), all.end(), has_play);
 }
 
-/// Of instruments of which one has play in the other's bore.
 template <class Value>
-Json of_play(const RunRecord& record, const Value& value) {
-    const std::vector<InstrumentModel>& all = record.prepared.model.instruments;
-    return std::any_of(all.begin(), all.end(), has_play) ? Json(value) : left_out();
+Json of_instrument_contact(const RunRecord& record, const Value& value) {
+    return record.prepared.model.effects.instrument_contact || any_has_play(record) ? of_instruments(record, value) : left_out();
 }
 
 /// The value where it is no stand-in for "none".
@@ -239,14 +238,14 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
                        of_self_contact(r, r.statistics.self_held_steps)),
     TROCAR_SUMMARY_KEY("largest_self_force_n", "N", "Largest sum of normal forces of instruments on themselves.",
                        of_self_contact(r, r.statistics.largest_self_n)),
-    TROCAR_SUMMARY_KEY("instrument_contacts_total", "", "Places where instruments pressed on one another, over all steps; with the effect alone.",
+    TROCAR_SUMMARY_KEY("instrument_contacts_total", "", "Places where instruments pressed on one another, over all steps; with the effect instrument_contact, or where one has play in a bore.",
                        of_instrument_contact(r, r.statistics.instrument_contacts)),
     TROCAR_SUMMARY_KEY("instrument_held_steps", "", "Steps that took only a part of the motion of instruments, to keep them from passing through one another.",
                        of_instrument_contact(r, r.statistics.instrument_held_steps)),
     TROCAR_SUMMARY_KEY("largest_instrument_force_n", "N", "Largest sum of normal forces between instruments.",
                        of_instrument_contact(r, r.statistics.largest_instrument_n)),
     TROCAR_SUMMARY_KEY("largest_bore_excess_m", "m", "Farthest that an instrument with play was beyond the bore that it runs in; where one has play.",
-                       of_play(r, r.statistics.largest_bore_excess_m)),
+                       any_has_play(r) ? Json(r.statistics.largest_bore_excess_m) : left_out()),
     TROCAR_SUMMARY_KEY("rod_unsettled_total", "", "Stages of instruments whose contact forces had not settled.",
                        of_instruments(r, r.statistics.unsettled_rods)),
     TROCAR_SUMMARY_KEY("packing_density", "[-]", "Share of the scene's ball that instruments fill, where it names one.",

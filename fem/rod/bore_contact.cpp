@@ -12,7 +12,7 @@ namespace {
 /// What a limit goes on with is known by: RodPlane::side.
 enum class BorePlace : std::uint8_t { InnerNode, OuterNode, Mouth, InnerTip };
 
-/// [-] of the inner rod's segment: nodes nearer than this to the mouth leave the load to it, which they pass.
+/// [-] of the shorter segment: nodes nearer than this to the mouth leave the load to it, which they pass.
 constexpr double kMouthShare = 0.5;
 /// Chords that the nearest point is sought along, from where the arc lengths agree.
 constexpr Index kSoughtChords = 8;
@@ -43,6 +43,8 @@ OnChord nearest_on_chord(std::span<const Vec3> axis, Index chord, const Vec3& pl
     return {weight, (from - weight * edge).squaredNorm()};
 }
 
+Vec3 on_chord(std::span<const Vec3> axis, Index node, double weight) noexcept { return (1.0 - weight) * axis[node] + weight * axis[node + 1]; }
+
 /// m, the curve's derivative at a node by its parameter.
 Vec3 slope_at(std::span<const Vec3> axis, Index node) noexcept {
     const Index before = node > 0 ? node - 1 : 0, after = std::min<Index>(node + 1, static_cast<Index>(axis.size() - 1));
@@ -58,7 +60,7 @@ public:
     void list() {
         const std::size_t begin = meetings_.size();
         const double reach = std::min(inner_.insertion, outer_.insertion);
-        const double end = reach - kMouthShare * inner_.model->segment;
+        const double end = reach - kMouthShare * std::min(inner_.model->segment, outer_.model->segment);
         if (inner_.model->segment <= outer_.model->segment) {
             for (Index i = first_of(inner_); i < inner_.model->node_count() && arc_at(inner_, i) < end; ++i) add_inner(i, BorePlace::InnerNode);
         } else {
@@ -69,7 +71,7 @@ public:
             add_outer(static_cast<Index>(outer_.model->node_count() - 1), BorePlace::Mouth);
         else
             add_inner(static_cast<Index>(inner_.model->node_count() - 1), BorePlace::InnerTip);
-        hand_on_rest(begin);
+        hand_on_rest(begin, end);
     }
 
 private:
@@ -98,7 +100,6 @@ private:
         turn_to_axis(meeting);
         meetings_.push_back(meeting);
     }
-    static Vec3 on_chord(std::span<const Vec3> axis, Index node, double weight) noexcept { return (1.0 - weight) * axis[node] + weight * axis[node + 1]; }
     /// Where the step starts away from the axis its side is known.
     void turn_to_axis(RodMeeting& meeting) const noexcept {
         RodPlane& plane = meeting.plane;
@@ -123,19 +124,29 @@ private:
         if (a.side == static_cast<std::uint8_t>(BorePlace::OuterNode)) return a.other == b.other && a.other_weight == b.other_weight;
         return true;
     }
+    /// Was it a place that has come to the mouth, or the tip, since? Others went back behind the port.
+    [[nodiscard]] bool is_at_end(const RodPlane& old, double end) const noexcept {
+        if (old.side == static_cast<std::uint8_t>(BorePlace::InnerNode)) return arc_at(inner_, old.node + old.weight) >= end;
+        if (old.side == static_cast<std::uint8_t>(BorePlace::OuterNode)) return arc_at(outer_, old.other + old.other_weight) >= end;
+        return true;
+    }
     /// What has passed the mouth, or has become the tip, leaves its load there.
-    void hand_on_rest(std::size_t begin) const noexcept {
+    void hand_on_rest(std::size_t begin, double end_arc) const noexcept {
         const std::span<RodMeeting> listed = std::span(meetings_).subspan(begin);
         Vec3 force = Vec3::Zero(), drag = Vec3::Zero();
+        bool left = false;
         for (const RodMeeting& old : last_) {
-            if (!is_of_pair(old) || std::any_of(listed.begin(), listed.end(), [&](const RodMeeting& m) { return is_same_place(m.plane, old.plane); })) continue;
+            if (!is_of_pair(old) || !is_at_end(old.plane, end_arc)) continue;
+            if (std::any_of(listed.begin(), listed.end(), [&](const RodMeeting& m) { return is_same_place(m.plane, old.plane); })) continue;
+            left = true;
             force += old.plane.start_force * old.plane.normal;
             drag += old.plane.start_drag;
         }
+        if (!left) return;
         RodPlane& end = listed.back().plane;
         force += end.start_force * end.normal;
         const double length = std::sqrt(force.squaredNorm());
-        if (!(length > end.start_force)) return; // nothing was left
+        if (!(length > 0.0)) return;
         end.normal = force / length;
         end.force = end.start_force = length;
         drag += end.start_drag;
@@ -181,7 +192,6 @@ CurvePoint find_on_curve(std::span<const Vec3> axis, const Vec3& place, Index st
 
 double find_bore_excess(const RodMeeting& meeting, std::span<const Vec3> inner, std::span<const Vec3> outer) noexcept {
     const RodPlane& plane = meeting.plane;
-    const auto on_chord = [](std::span<const Vec3> axis, Index node, double weight) { return Vec3((1.0 - weight) * axis[node] + weight * axis[node + 1]); };
     const bool by_outer = plane.side == static_cast<std::uint8_t>(BorePlace::OuterNode) || plane.side == static_cast<std::uint8_t>(BorePlace::Mouth);
     const std::span<const Vec3> axis = by_outer ? inner : outer;
     const Vec3 place = by_outer ? on_chord(outer, plane.other, plane.other_weight) : on_chord(inner, plane.node, plane.weight);

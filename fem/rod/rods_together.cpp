@@ -310,14 +310,13 @@ private:
             if (part(r).is_coupled()) part(r).couple_itself(of(r, p), of(r, out));
         for (std::size_t k = 0; k < meetings_.size(); ++k) {
             const MeetingPress& own = press(k);
-            if (!own.press.pushed || (all_.is_joint && is_in_bore(k))) continue;
-            for (std::size_t j = 0; j < own.loads; ++j)
-                for (int side = 0; side < 2; ++side) {
-                    const MeetingLoad& load = own.load[j];
-                    const Index a = own.part[side], b = own.part[1 - side];
-                    const Vec3 moved = part(b).motion_at(load.place[1 - side], of(b, p));
-                    part(a).take_force(load.place[side], -(load.start_stiffness * moved), of(a, out));
-                }
+            if (!own.press.pushed || is_in_bore(k)) continue; // those are in the joint matrix
+            const MeetingLoad& load = own.load[0];
+            for (int side = 0; side < 2; ++side) {
+                const Index a = own.part[side], b = own.part[1 - side];
+                const Vec3 moved = part(b).motion_at(load.place[1 - side], of(b, p));
+                part(a).take_force(load.place[side], -(load.start_stiffness * moved), of(a, out));
+            }
         }
     }
 

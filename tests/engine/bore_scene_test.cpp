@@ -1,5 +1,5 @@
 // A wire with play in a catheter's bore, in a vessel: what is promised whatever the budget, the step's length and the drives.
-#include "step_fixture.hpp"
+#include "meeting_fixture.hpp"
 #include "tests/fem/rod_apart.hpp"
 
 #include <random>
@@ -97,23 +97,7 @@ TEST(BoreScene, AForkGoesOnToTheSameBitsAndContactsNameBoth) {
     const PreparedScene prepared = test::prepare(over_the_wire({}));
     Simulator simulator(prepared.model);
     for (int step = 0; step < 200; ++step) ASSERT_TRUE(simulator.step().finite);
-    Simulator fork = simulator.fork();
-    std::size_t seen = 0;
-    for (int step = 0; step < 30; ++step) {
-        const StepReport report = simulator.step();
-        (void)fork.step();
-        ASSERT_EQ(simulator.hash(), fork.hash()) << "step " << step;
-        std::size_t own = 0;
-        for (const Contact& contact : simulator.contacts())
-            if (contact.a == Thing::instrument(1) && contact.b == Thing::instrument(0)) {
-                ++own;
-                EXPECT_GT(contact.force.dot(contact.normal), 0.0);
-                EXPECT_LT(std::abs(contact.gap), 0.02 * 0.2e-3);
-            }
-        EXPECT_EQ(own, report.instrument_contacts);
-        seen += own;
-    }
-    EXPECT_GT(seen, 30u);
+    EXPECT_GT(test::expect_fork_and_contacts(simulator, Thing::instrument(1), Thing::instrument(0), 0.02 * 0.2e-3, [](const StepReport&) {}), 30u);
 }
 
 /// All pairs with play are one solve: each is held by the wall of its own lumen, whichever of them leads, and whether that wall moves.

@@ -1,6 +1,6 @@
 // Two devices side by side in one lumen: what the effect instrument_contact promises, whatever the budget and the step's length.
 #include "engine/effects/registry.hpp"
-#include "step_fixture.hpp"
+#include "meeting_fixture.hpp"
 #include "tests/fem/rod_apart.hpp"
 
 #include <random>
@@ -88,24 +88,8 @@ TEST(RodsMeetScene, AForkGoesOnToTheSameBitsAndContactsNameBoth) {
     Simulator simulator(prepared.model);
     for (int step = 0; step < 200; ++step) ASSERT_TRUE(simulator.step().finite);
     ASSERT_FALSE(simulator.state().meetings.empty());
-    Simulator fork = simulator.fork();
-    std::size_t seen = 0;
-    for (int step = 0; step < 30; ++step) {
-        const StepReport report = simulator.step();
-        (void)fork.step();
-        ASSERT_EQ(simulator.hash(), fork.hash()) << "step " << step;
-        std::size_t own = 0;
-        for (const Contact& contact : simulator.contacts())
-            if (contact.a == Thing::instrument(0) && contact.b == Thing::instrument(1)) {
-                ++own;
-                EXPECT_GT(contact.force.dot(contact.normal), 0.0);
-                EXPECT_LT(std::abs(contact.gap), 0.01 * 1.4e-3);
-            }
-        EXPECT_EQ(own, report.instrument_contacts);
-        seen += own;
-        EXPECT_LT(report.balance_n, 1e-2 * std::max(report.contact_force_n, 1e-3));
-    }
-    EXPECT_GT(seen, 10u);
+    const auto balanced = [](const StepReport& report) { EXPECT_LT(report.balance_n, 1e-2 * std::max(report.contact_force_n, 1e-3)); };
+    EXPECT_GT(test::expect_fork_and_contacts(simulator, Thing::instrument(0), Thing::instrument(1), 0.01 * 1.4e-3, balanced), 10u);
 }
 
 /// Far from one another each is solved alone: to the bits of a scene without the effect.

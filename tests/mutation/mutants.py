@@ -144,7 +144,7 @@ MUTANTS = [
     Mutant("short-reach", "pairs of a rod's segments are looked for no farther than they may come", "fem/rod/chain_pairs.cpp",
            "    if (pair.distance < within_ + std::max", "    if (pair.distance < 0.5 * within_ + 0.5 * std::max", "fem", "ChainBoxes.*"),
     Mutant("uncoupled-rods", "what couples two rods is left out of the direction", "fem/rod/rods_together.cpp",
-           "            if (!own.press.pushed || (all_.is_joint", "            if (k < 100000 || (all_.is_joint", "fem", "RodsTogether.*"),
+           "            if (!own.press.pushed || is_in_bore(k)) continue;", "            if (k < 100000) continue;", "fem", "RodsTogether.*"),
     Mutant("straight-bore", "a bore is straight between the nodes of its rod", "fem/rod/bore_contact.cpp",
            "    const double length = std::sqrt(point.along.squaredNorm());", "    point.beside.setZero();\n    const double length = std::sqrt(point.along.squaredNorm());",
            "fem", "BoreContact.Nearest*"),
