@@ -33,6 +33,38 @@ py::array_t<T> zeros(std::vector<py::ssize_t> shape) {
 
 } // namespace
 
+AnswerSet::AsMade AnswerSet::read(const PyObject* array) {
+    AsMade as{array, Py_REFCNT(array), *py::detail::array_proxy(array), {}, {}};
+    std::copy_n(as.header.dimensions, std::min(as.header.nd, 4), as.shape.begin());
+    std::copy_n(as.header.strides, std::min(as.header.nd, 4), as.strides.begin());
+    return as;
+}
+
+AnswerSet::AnswerSet(AnswerArrays made, py::dict views) : arrays(std::move(made)), infos(std::move(views)) {
+    const auto add = [&](const py::handle& array) {
+        const bool known = std::any_of(made_.begin(), made_.end(), [&](const AsMade& as) { return as.array == array.ptr(); });
+        if (!known) made_.push_back(read(array.ptr()));
+    };
+    for (const py::array* array : std::initializer_list<const py::array*>{&arrays.observation, &arrays.reward, &arrays.terminated, &arrays.truncated, &arrays.outcome, &arrays.pixels, &arrays.tips})
+        add(*array);
+    for (const auto& [key, value] : infos)
+        if (py::cast<std::string>(key)[0] != '_') add(value); // masks are shared by all answers
+}
+
+bool AnswerSet::is_free() const {
+    // Not one after the other's answer: the processor then fetches the arrays side by side.
+    bool free = true;
+    for (const AsMade& as : made_) {
+        const auto* header = py::detail::array_proxy(as.array);
+        free &= Py_REFCNT(as.array) == as.references && header->data == as.header.data && header->nd == as.header.nd && header->base == as.header.base &&
+                header->descr == as.header.descr && header->flags == as.header.flags;
+    }
+    return free && std::all_of(made_.begin(), made_.end(), [](const AsMade& as) {
+        const AsMade now = read(as.array);
+        return now.shape == as.shape && now.strides == as.strides;
+    });
+}
+
 py::dtype BatchAnswers::outcome_dtype() {
     py::list fields;
     for (const char* member : kMembers) {
@@ -62,12 +94,13 @@ BatchAnswers::BatchAnswers(py::ssize_t count, py::ssize_t observation_size, py::
     all.attr("setflags")(py::arg("write") = false);
     for (const Field& field : fields_) masks_[py::str("_{}").format(field.key)] = all;
     masks_["_success"] = all;
-    last_ = make_arrays();
-    for (py::array array : {py::array(last_.observation), py::array(last_.reward), py::array(last_.terminated), py::array(last_.truncated), last_.outcome, py::array(last_.pixels), py::array(last_.tips)})
+    last_ = make_set();
+    const AnswerArrays& first = last_->arrays;
+    for (py::array array : {py::array(first.observation), py::array(first.reward), py::array(first.terminated), py::array(first.truncated), first.outcome, py::array(first.pixels), py::array(first.tips)})
         std::memset(array.mutable_data(), 0, static_cast<std::size_t>(array.nbytes()));
     if (copy_) return;
-    views_ = {read_only(last_.observation), read_only(last_.reward), read_only(last_.terminated), read_only(last_.truncated), read_only(last_.outcome), read_only(last_.pixels),
-              read_only(last_.tips)};
+    views_ = {read_only(first.observation), read_only(first.reward), read_only(first.terminated), read_only(first.truncated), read_only(first.outcome), read_only(first.pixels),
+              read_only(first.tips)};
     view_infos_ = make_infos(views_.outcome, views_.terminated);
 }
 
@@ -89,26 +122,39 @@ py::dict BatchAnswers::make_infos(const py::array& outcome, const py::array& suc
     return infos;
 }
 
-BatchAnswers::Next BatchAnswers::next() const {
-    if (!copy_) {
-        auto infos = py::reinterpret_steal<py::dict>(PyDict_Copy(view_infos_.ptr()));
-        if (!infos) throw py::error_already_set();
-        return {last_, py::make_tuple(views_.observation, views_.reward, views_.terminated, views_.truncated, infos)};
-    }
-    AnswerArrays fresh = make_arrays();
-    const py::dict infos = make_infos(fresh.outcome, fresh.terminated);
-    return {fresh, py::make_tuple(fresh.observation, fresh.reward, fresh.terminated, fresh.truncated, infos)};
+BatchAnswers::SetPtr BatchAnswers::make_set() const {
+    AnswerArrays arrays = make_arrays();
+    py::dict infos = make_infos(arrays.outcome, arrays.terminated);
+    return std::make_shared<AnswerSet>(std::move(arrays), std::move(infos));
+}
+
+BatchAnswers::SetPtr BatchAnswers::find_free() {
+    for (const SetPtr& set : sets_)
+        if (set->is_free()) return set;
+    SetPtr made = make_set();
+    if (sets_.size() < kKept) sets_.push_back(made);
+    else sets_[oldest_ % kKept] = made, ++oldest_;
+    return made;
+}
+
+BatchAnswers::Next BatchAnswers::next() {
+    const SetPtr set = copy_ ? find_free() : last_;
+    const AnswerArrays& told = copy_ ? set->arrays : views_;
+    auto infos = py::reinterpret_steal<py::dict>(PyDict_Copy((copy_ ? set->infos : view_infos_).ptr()));
+    if (!infos) throw py::error_already_set();
+    return {set, py::make_tuple(told.observation, told.reward, told.terminated, told.truncated, infos)};
 }
 
 engine::BatchArrays BatchAnswers::pointers(Next& next) {
-    AnswerArrays& to = next.arrays;
+    AnswerArrays& to = next.set->arrays;
     return {to.observation.mutable_data(), final_observation_.mutable_data(), to.pixels.mutable_data(), final_pixels_.mutable_data(), to.tips.mutable_data(), to.reward.mutable_data(), to.terminated.mutable_data(),
             to.truncated.mutable_data(), static_cast<engine::OutcomeRow*>(to.outcome.mutable_data())};
 }
 
-py::array BatchAnswers::outcome() const { return read_only(last_.outcome); }
-py::array BatchAnswers::pixels() const { return copy_ ? py::array(last_.pixels) : read_only(last_.pixels); }
-py::array BatchAnswers::tips() const { return copy_ ? py::array(last_.tips) : read_only(last_.tips); }
+py::array BatchAnswers::outcome() const { return read_only(last_->arrays.outcome); }
+py::array BatchAnswers::observation() const { return copy_ ? last_->arrays.observation : views_.observation; }
+py::array BatchAnswers::pixels() const { return copy_ ? py::array(last_->arrays.pixels) : read_only(last_->arrays.pixels); }
+py::array BatchAnswers::tips() const { return copy_ ? py::array(last_->arrays.tips) : read_only(last_->arrays.tips); }
 py::array BatchAnswers::final_pixels() const { return read_only(final_pixels_); }
 py::array BatchAnswers::final_observation() const { return read_only(final_observation_); }
 

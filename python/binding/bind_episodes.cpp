@@ -18,6 +18,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 namespace trocar::python {
 
@@ -136,13 +137,16 @@ public:
             batch_->reset(seeds, mask, SignalCheck());
         }
         answers_.take(next);
+        answer_ = py::none();
         return py::make_tuple(next.told[0], next.told[4]);
     }
 
     /// actions   (count, devices, 2) float64, contiguous, in this machine's byte order; of any other array nothing is done
-    /// returns   observations, rewards, terminated, truncated, infos; none where nothing was done
+    /// returns   observations, rewards, terminated, truncated, infos; none where nothing was done, and where `answer` has them, as pictures, failures
+    ///           or ends of episodes are to be added
     py::object step(const py::object& actions) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
+        answer_ = py::none();
         using Taken = py::array_t<double, py::array::c_style>;
         if (!Taken::check_(actions)) return py::none();
         const auto taken = py::reinterpret_borrow<Taken>(actions);
@@ -160,8 +164,12 @@ public:
             engine_ms_ = watch.elapsed_ms();
         }
         answers_.take(next);
-        return next.told;
+        if (!has_cameras_ && !batch_->has_more_to_tell()) return std::move(next.told);
+        answer_ = std::move(next.told);
+        return py::none();
     }
+    /// Of the last step, once: none where step() returned it, or did nothing.
+    [[nodiscard]] py::object answer() { return std::exchange(answer_, py::none()); }
 
     [[nodiscard]] SavedState save(std::size_t i) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
@@ -183,6 +191,7 @@ public:
         (void)check_index(i);
         return picture_dict(free([&] { return batch_->observe_all(i); }));
     }
+    [[nodiscard]] py::array observation() const { return answers_.observation(); }
     [[nodiscard]] py::array pixels() const { return answers_.pixels(); }
     [[nodiscard]] py::array tips() const { return answers_.tips(); }
     [[nodiscard]] py::array final_pixels() const { return answers_.final_pixels(); }
@@ -218,6 +227,7 @@ private:
     py::ssize_t count_;
     bool has_cameras_;
     BatchAnswers answers_;
+    py::object answer_ = py::none();
     std::unique_ptr<engine::EnvironmentBatch> batch_;
     double engine_ms_ = 0.0;
     std::mutex mutex_;
@@ -296,6 +306,15 @@ py::dict tree_of(const PyTask& task) {
     return out;
 }
 
+/// s, of walking through memory: a call that does nothing else, and leaves the processor's caches as the work of many environments does.
+double walk_memory(std::size_t megabytes) {
+    const engine::StopWatch watch;
+    static std::vector<double> memory; // under the interpreter's lock
+    memory.resize(std::min<std::size_t>(megabytes, 1024) << 17);
+    for (double& value : memory) value += 1.0;
+    return 1e-3 * watch.elapsed_ms();
+}
+
 /// After the files that it vouches for.
 void write_manifest_of(const PyTask& task, const std::string& folder, std::uint64_t seed, const std::vector<std::string>& files) {
     const auto& from = task.scene->source();
@@ -320,6 +339,8 @@ void bind_episodes(py::module_& module) {
         .def("save", &PyBatch::save)
         .def("rods", &PyBatch::rods)
         .def("xray", &PyBatch::xray)
+        .def("answer", &PyBatch::answer)
+        .def_property_readonly("observation", &PyBatch::observation)
         .def_property_readonly("pixels", &PyBatch::pixels)
         .def_property_readonly("tips", &PyBatch::tips)
         .def_property_readonly("final_pixels", &PyBatch::final_pixels)
@@ -331,6 +352,7 @@ void bind_episodes(py::module_& module) {
         .def_property_readonly("devices", &PyBatch::devices)
         .def_property_readonly("engine_ms", &PyBatch::engine_ms)
         .def("__len__", &PyBatch::count);
+    module.def("walk_memory", &walk_memory);
     module.def("hash_bytes", [](const py::bytes& bytes) { return engine::hash_file_bytes(std::string_view(bytes)); });
     py::class_<PyRollout>(module, "Rollout", "Sequences of drive commands from many states, on a pool of threads.")
         .def(py::init<const std::shared_ptr<LoadedScene>&, unsigned>())

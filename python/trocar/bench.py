@@ -12,6 +12,7 @@ from typing import Any, Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _engine
 from ._functions import plan
 from .environments import Environments, Options, Task, as_scene
 
@@ -63,10 +64,20 @@ def steps_per_second(name: str, seconds: float, target: str = "") -> dict[str, f
             "contacts": contacts / steps, "exits": float(exits), "exact": exact / steps, "force": force, "slowest": slowest}
 
 
-def batch_overhead(num_envs: int = 64) -> float:
-    """us, median: what a batch step takes beside the engine's own work, the actions' checks and the copies of all answers included."""
+def empty_call() -> float:
+    """us, median: what a call of C++ takes that does nothing but walk through memory, beside that walk: Python itself, in emptied caches."""
+    rounds = []
+    for _ in range(100):
+        start = time.perf_counter()
+        walked = _engine.walk_memory(96)
+        rounds.append(time.perf_counter() - start - walked)
+    return 1e6 * float(np.median(rounds))
+
+
+def batch_overhead(num_envs: int = 64, copy: bool = True) -> float:
+    """us, median: what a batch step takes beside the engine's own work, the actions' checks and the making of all answers included."""
     task = Task(_tube(), Options(start_poses=1, hold=0.01, time_limit=1e4))
-    environments = Environments(task, num_envs, 1)
+    environments = Environments(task, num_envs, 1, copy=copy)
     environments.reset(0)
     still, rounds = np.zeros((num_envs, 1, 2)), []
     for _ in range(300):
@@ -178,9 +189,11 @@ def main() -> None:
         _say("    a second of processor time", f"{found['per_cpu_second']:.1f}")
         _say(f"    {found['steps']:.0f} actions: contacts in each step of 10 ms", f"{found['contacts']:.2f}")
         _say("    share of steps with an exact answer; exits; largest force", f"{found['exact']:.3f}; {found['exits']:.0f}; {found['force']:.3f} N")
-    one, many = batch_overhead(1), batch_overhead(64)
-    _say("binding: of a step of a batch of 1 / 64 environments (whose work empties the caches)", f"{one:.1f} / {many:.1f} us", "target: below 20 us")
-    _say("    of 64, each environment", f"{many / 64:.2f} us")
+    one, many, views, empty = batch_overhead(1), batch_overhead(64), batch_overhead(64, False), empty_call()
+    _say("binding: of a step of a batch of 1 environment", f"{one:.1f} us", "target: below 20 us")
+    _say("    of 64, whose work empties the caches / the same with copy=False", f"{many:.1f} / {views:.1f} us")
+    _say("    of any call of C++ that empties the caches, and does nothing else", f"{empty:.1f} us")
+    _say("    of 64, over that: the binding's own", f"{many - empty:.1f} / {views - empty:.1f} us", "target: below 20 us")
     by_threads = scaling(seconds)
     for threads, (rate, cpu_rate) in by_threads.items():
         _say(f"aortic_arch, 16 environments, {threads} threads: environment steps a second", f"{rate:.1f} ({rate / by_threads[1][0]:.2f} times one)",

@@ -143,6 +143,7 @@ class Environments:
         self.observation = shared.observation
         self.picture_shape = (0, 0, 0) if camera is None else (camera["pixels"][1], camera["pixels"][0], len(camera["channels"]))  #: rows, columns, channels
         self._batch = _engine.Batch(each, num_threads, self._MODES[autoreset], copy, camera)
+        self._step = self._batch.step
         self.devices = self.tasks[0].devices
         self.low = np.min([task.low for task in self.tasks], axis=0)
         self.high = np.max([task.high for task in self.tasks], axis=0)
@@ -173,21 +174,24 @@ class Environments:
                 raise ValueError(f"mask: found {chosen.dtype} {chosen.shape}, expected bool ({self.num_envs},)")
             which = chosen.astype(int).tolist()
         observations, infos = self._batch.reset(taken, which)
-        self._state: NDArray[np.float32] = observations  # whatever is observed
         return self._observed(observations, infos), infos
 
     def step(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action of every environment: (num_envs, devices, 2) mm/s and rad/s, taken within the drives' limits."""
-        answer = self._batch.step(actions)
-        if answer is None:
-            answer = self._batch.step(self._checked(actions))
+        return self._step(actions) or self._finish(actions)
+
+    def _finish(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """What a step leaves to Python: actions that are no contiguous array of float64, and answers that something is to be added to."""
+        answer = self._batch.answer() or self._step(self._checked(actions)) or self._batch.answer()
         if self._batch.has_more_to_tell:
             self._add_rare(answer[4])
-        self._state = answer[0]  # whatever is observed
-        if self.observation != "state":
-            answer = (self._observed(answer[0], answer[4]), *answer[1:])
-        told: tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]] = answer
-        return told
+        return (self._observed(answer[0], answer[4]), *answer[1:]) if self.observation != "state" else answer
+
+    @property
+    def _state(self) -> NDArray[np.float32]:
+        """The last observation's numbers, whatever is observed."""
+        state: NDArray[np.float32] = self._batch.observation
+        return state
 
     def _observed(self, state: NDArray[np.float32], infos: dict[str, Any]) -> Any:
         """What the options observe, of the last answer."""
