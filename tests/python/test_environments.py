@@ -48,6 +48,72 @@ def roll(environments, steps, seed=0):
     return rows
 
 
+def test_an_answer_that_somebody_holds_is_never_written_again(tube_task):
+    environments = trocar.Environments(tube_task, 5, 1)
+    environments.reset(0)
+    random = np.random.default_rng(1)
+    hold = {  # what a caller keeps of an answer
+        "everything": lambda a: (a, [np.array(x) for x in (*a[:4], *a[4].values())], lambda a: [*a[:4], *a[4].values()]),
+        "a row": lambda a: (a[0][2], [a[0][2].copy()], lambda row: [row]),
+        "a view of a view of an info": lambda a: (a[4]["force"][1:][::2], [a[4]["force"][1:][::2].copy()], lambda view: [view]),
+        "the dict": lambda a: (a[4], [np.array(x) for x in a[4].values()], lambda infos: list(infos.values())),
+        "a memoryview": lambda a: (memoryview(a[1]), [a[1].copy()], lambda view: [np.asarray(view)]),
+        "nothing": lambda a: (None, [], lambda nothing: []),
+    }
+    held = []
+    for _ in range(120):
+        answer = environments.step(random.uniform([0.0, -2.0], [20.0, 2.0], (5, 1, 2)))
+        held.append(hold[random.choice(list(hold))](answer))
+        del answer
+        for _ in range(random.integers(2)):
+            held.pop(random.integers(len(held)))
+    for kept, copies, read in held:
+        now = read(kept)
+        assert len(now) == len(copies) and all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(now, copies))
+
+
+def test_an_answer_that_was_changed_is_not_given_again(tube_task):
+    environments, other = (trocar.Environments(tube_task, 5, 1) for _ in range(2))
+    for each in (environments, other):
+        each.reset(0)
+    actions = np.full((5, 1, 2), 7.0)
+
+    def reshape(answer):
+        answer[0].shape = (-1,)
+
+    def lock(answer):
+        answer[1].flags.writeable = False
+
+    def retype(answer):
+        answer[4]["exits"].dtype = np.int64
+
+    def empty(answer):
+        answer[4].clear()
+
+    def reverse(answer):
+        answer[4]["force"].strides = (0,)
+
+    for change in (reshape, lock, retype, empty, reverse) * 3:
+        change(environments.step(actions))
+        expected = other.step(actions)
+    for _ in range(6):
+        found, expected = environments.step(actions), other.step(actions)
+        for mine, yours in zip((*found[:4], *found[4].values()), (*expected[:4], *expected[4].values())):
+            assert mine.shape == yours.shape and mine.dtype == yours.dtype and mine.flags.writeable == yours.flags.writeable
+            assert np.array_equal(mine, yours)
+        assert list(found[4]) == list(expected[4])
+
+
+def test_answers_that_nobody_holds_take_no_new_memory(tube_task):
+    environments = trocar.Environments(tube_task, 5, 1)
+    environments.reset(0)
+    actions, places = np.zeros((5, 1, 2)), set()
+    for _ in range(20):
+        answer = environments.step(actions)
+        places.add(answer[0].ctypes.data)
+    assert len(places) <= 3
+
+
 def test_the_single_environment_keeps_gymnasiums_rules(task):
     env = trocar.gym.Navigation(task)
     check_env(env)
