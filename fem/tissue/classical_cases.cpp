@@ -6,6 +6,7 @@
 #include "fem/mesh/wall_mesh.hpp"
 #include "fem/tissue/forces.hpp"
 #include "fem/tissue/integrate.hpp"
+#include "fem/tissue/law_validation.hpp"
 #include "fem/tissue/statics.hpp"
 #include "fem/tissue/validation.hpp"
 
@@ -92,13 +93,27 @@ double hollow_sphere_ratio(Index cells, double poisson_ratio, TetElements elemen
     return widened / (((1.0 - 2.0 * poisson_ratio) * a3 + (1.0 + poisson_ratio) * 0.5 * b3) / (b3 - a3));
 }
 
-double ring_ratio(Index cells, double poisson_ratio, TetElements elements) {
-    constexpr double kOuter = 1.4;
-    const Index around = 2 * static_cast<Index>(std::lround(kPi * 1.2 / (0.4 / cells)));
+namespace {
+
+/// A tube of a vessel's wall, radii 1 and 1.4, along z.
+struct Tube {
+    TetMesh mesh; // [layers + 1][cells + 1][around] nodes
+    TriMesh bore; // its nodes are the mesh's
+    Index around = 0, layers = 0, on_a_section = 0;
+};
+
+constexpr double kTubeOuter = 1.4;
+
+Tube make_tube(Index cells, double length) {
+    const double cell = (kTubeOuter - 1.0) / cells;
+    Tube tube;
+    tube.around = 2 * static_cast<Index>(std::lround(kPi * 1.2 / cell));
+    tube.layers = static_cast<Index>(std::max(1L, std::lround(length / cell)));
+    const Index around = tube.around;
     TriMesh flat; // [cells + 1][around]
     for (Index r = 0; r <= cells; ++r)
         for (Index j = 0; j < around; ++j) {
-            const double radius = 1.0 + (kOuter - 1.0) * r / cells, angle = 2.0 * kPi * j / around;
+            const double radius = 1.0 + cell * r, angle = 2.0 * kPi * j / around;
             flat.vertices.push_back(radius * Vec3(std::cos(angle), std::sin(angle), 0.0));
         }
     const auto id = [&](Index r, Index j) { return r * around + j % around; };
@@ -110,21 +125,132 @@ double ring_ratio(Index cells, double poisson_ratio, TetElements elements) {
             else
                 flat.triangles.push_back({a, b, d}), flat.triangles.push_back({b, c, d});
         }
-    const double thick = (kOuter - 1.0) / cells;
-    const TetMesh mesh = make_layered_mesh(flat, 1, [&](Index v, double share) { return Vec3(flat.vertices[v] + Vec3(0, 0, thick * share)); });
-    const TissueModel model = make_body(mesh, 1.0, poisson_ratio, elements);
-    const Index count = static_cast<Index>(flat.vertices.size());
-    TriMesh bore;
-    for (Index j = 0; j < around; ++j) {
-        const Index a = id(0, j), b = id(0, j + 1);
-        bore.triangles.push_back({a, b, b + count}), bore.triangles.push_back({a, b + count, a + count});
-    }
-    const Field u = solve_small_strain(model, press_out(mesh, bore));
+    tube.mesh = make_layered_mesh(flat, tube.layers, [&](Index v, double share) { return Vec3(flat.vertices[v] + Vec3(0, 0, length * share)); });
+    tube.on_a_section = static_cast<Index>(flat.vertices.size());
+    for (Index layer = 0; layer < tube.layers; ++layer)
+        for (Index j = 0; j < around; ++j) {
+            const Index a = layer * tube.on_a_section + id(0, j), b = layer * tube.on_a_section + id(0, j + 1), up = tube.on_a_section;
+            tube.bore.triangles.push_back({a, b, b + up}), tube.bore.triangles.push_back({a, b + up, a + up});
+        }
+    return tube;
+}
+
+/// Of a bore of radius 1, in the tube's middle: the mean radial displacement of its nodes.
+template <class Displacement>
+double widening_of(const Tube& tube, const Displacement& displacement) {
     double widened = 0.0;
-    for (Index j = 0; j < around; ++j)
-        for (const Index node : {id(0, j), id(0, j) + count}) widened += u[node].dot(flat.vertices[id(0, j)]) / (2.0 * around);
-    const double b2 = kOuter * kOuter; // p a / (E (b^2 - a^2)) ((1 - nu) a^2 + (1 + nu) b^2)
+    for (const Index section : {tube.layers / 2, (tube.layers + 1) / 2})
+        for (Index j = 0; j < tube.around; ++j) {
+            const Vec3& rest = tube.mesh.vertices[j];
+            widened += displacement(section * tube.on_a_section + j).dot(Vec3(rest.x(), rest.y(), 0.0)) / (2.0 * tube.around);
+        }
+    return widened;
+}
+
+/// A thick tube with open ends at large strains: d(P_r)/dR = (P_around - P_r) / R over the wall (Runge-Kutta of fourth order), one stretch along the
+/// axis, without a force there in all. Stretches and stresses are those around, along the axis and across the wall.
+class InflatedTube {
+public:
+    explicit InflatedTube(const Material& material) : material_(material) {}
+
+    /// Pa, of the bore's area at rest: what widens a bore of radius 1 by so much.
+    [[nodiscard]] double find_load(double widening) {
+        double low = 0.5, high = 1.5;
+        for (int round = 0; round < kRounds; ++round) {
+            axial_ = 0.5 * (low + high);
+            (void)free_load(widening);
+            (pull_ < 0.0 ? low : high) = axial_;
+        }
+        return free_load(widening);
+    }
+
+private:
+    static constexpr int kSteps = 50, kRounds = 45;
+
+    /// Pa, that leaves the outer face free.
+    [[nodiscard]] double free_load(double widening) {
+        double low = 0.0, high = material_.young_modulus;
+        while (outer_stress(high, widening) > 0.0) low = high, high *= 2.0;
+        for (int round = 0; round < kRounds; ++round) {
+            const double middle = 0.5 * (low + high);
+            (outer_stress(middle, widening) > 0.0 ? low : high) = middle;
+        }
+        return 0.5 * (low + high);
+    }
+
+    /// Pa, P_r at the outer face where the bore is pressed by `load`: the more, the less.
+    [[nodiscard]] double outer_stress(double load, double widening) {
+        double r = 1.0 + widening, stress = -load;
+        across_ = 1.0 / r, pull_ = 0.0;
+        const double step = (kTubeOuter - 1.0) / kSteps;
+        for (int i = 0; i < kSteps; ++i) {
+            const double at = 1.0 + step * i;
+            const auto k1 = slope(at, r, stress), k2 = slope(at + 0.5 * step, r + 0.5 * step * k1[0], stress + 0.5 * step * k1[1]);
+            const auto k3 = slope(at + 0.5 * step, r + 0.5 * step * k2[0], stress + 0.5 * step * k2[1]);
+            const auto k4 = slope(at + step, r + step * k3[0], stress + step * k3[1]);
+            r += step / 6.0 * (k1[0] + 2.0 * k2[0] + 2.0 * k3[0] + k4[0]);
+            stress += step / 6.0 * (k1[1] + 2.0 * k2[1] + 2.0 * k3[1] + k4[1]);
+            pull_ += step / 6.0 * (k1[2] + 2.0 * k2[2] + 2.0 * k3[2] + k4[2]);
+        }
+        return stress;
+    }
+
+    /// dr/dR, which is the stretch across the wall, d(P_r)/dR, and P_axis R.
+    [[nodiscard]] std::array<double, 3> slope(double at, double r, double stress) {
+        const double around = r / at;
+        const auto left = [&](double across) {
+            const double l[3] = {around, axial_, across};
+            return principal_stress(material_, l, 2) - stress;
+        };
+        for (int round = 0; round < 30; ++round) { // Newton's method, from the last place's stretch
+            constexpr double kSmall = 1e-7;
+            const double f = left(across_), change = -f * kSmall / (left(across_ + kSmall) - f);
+            across_ += change;
+            if (std::abs(change) < 1e-12) break;
+        }
+        const double l[3] = {around, axial_, across_};
+        return {across_, (principal_stress(material_, l, 0) - stress) / at, principal_stress(material_, l, 1) * at};
+    }
+
+    Material material_;
+    double across_ = 1.0, axial_ = 1.0;
+    double pull_ = 0.0; // N over 2 pi, along the axis
+};
+
+} // namespace
+
+double ring_ratio(Index cells, double poisson_ratio, TetElements elements) {
+    const Tube ring = make_tube(cells, (kTubeOuter - 1.0) / cells); // one layer
+    const TissueModel model = make_body(ring.mesh, 1.0, poisson_ratio, elements);
+    const Field u = solve_small_strain(model, press_out(ring.mesh, ring.bore));
+    const double widened = widening_of(ring, [&](Index node) -> const Vec3& { return u[node]; });
+    const double b2 = kTubeOuter * kTubeOuter; // p a / (E (b^2 - a^2)) ((1 - nu) a^2 + (1 + nu) b^2)
     return widened / (((1.0 - poisson_ratio) + (1.0 + poisson_ratio) * b2) / (b2 - 1.0));
+}
+
+double artery_ratio(Index cells, double widening, TetElements elements) {
+    constexpr double kLong = 1.2;                                       // three times the wall: its ends feel little of one another
+    constexpr double kLoadTime = 2.0, kRestTime = 4.0, kFrame = 0.05; // s: the tube breathes once in 2 s
+    constexpr double kShear = 3000.0, kFibres = 2363.2, kExponent = 0.8393, kAngle = 29.0 * kPi / 180.0; // Pa, Pa, [-], rad: of the media
+    Material material{.law = MaterialLaw::Hgo, .poisson_ratio = 0.49, .density = 1000.0, .mass_damping = 4.0};
+    material.young_modulus = 2.0 * (1.0 + material.poisson_ratio) * kShear;
+    material.k1 = kFibres, material.k2 = kExponent;
+    material.fibre1 = Vec3(std::cos(kAngle), std::sin(kAngle), 0.0);
+    const double load = InflatedTube(material).find_load(widening);
+    material.elements = elements;
+    material.fibre_axis = Vec3::UnitZ(), material.fibre_angle = kAngle;
+    const Tube tube = make_tube(cells, kLong);
+    const TissueModel model = make_tissue_model(tube.mesh, material, {}).value();
+    const Field force = press_out(tube.mesh, tube.bore);
+    Field now(force.size());
+    TissueState state = make_rest_state(model);
+    RkWorkspace workspace;
+    StableStepWorkspace stable;
+    for (double t = 0.0; t < kLoadTime + kRestTime; t += kFrame) {
+        for (std::size_t node = 0; node < now.size(); ++node) now[node] = load * std::min(1.0, (t + kFrame) / kLoadTime) * force[node];
+        if (advance(model, state, kFrame, {.external_force = now}, {.max_substeps = 20000}, workspace, stable).refused) return 0.0;
+    }
+    return widening_of(tube, [&](Index node) { return Vec3(state.position[node] - model.rest_position[node]); }) / widening;
 }
 
 double shell_ratio(Index around, Index layers, double poisson_ratio) {

@@ -47,7 +47,7 @@ Mat3 stress_of_block(const TissueModel& model, const Mat3& f) {
 }
 
 double fibre_stress(const Material& m, const double l[3], int i) {
-    const double size = l[0] * l[0] + l[1] * l[1] + l[2] * l[2], cosine = std::cos(kFibreAngle), sine = std::sin(kFibreAngle);
+    const double size = l[0] * l[0] + l[1] * l[1] + l[2] * l[2], cosine = m.fibre1.x(), sine = m.fibre1.y();
     const double along = l[0] * l[0] * cosine * cosine + l[1] * l[1] * sine * sine;
     const double strain = std::max(0.0, m.kappa * (size - 3.0) + (1.0 - 3.0 * m.kappa) * (along - 1.0));
     const double part = m.kappa + (1.0 - 3.0 * m.kappa) * (i == 0 ? cosine * cosine : i == 1 ? sine * sine : 0.0);

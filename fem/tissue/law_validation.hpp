@@ -16,7 +16,7 @@ struct NamedMaterial {
 };
 [[nodiscard]] std::vector<NamedMaterial> biaxial_materials();
 
-/// Pa, dpsi/dl_i of principal stretches, from the formulas of the textbooks. hgo: fibres in the plane of the first two, mirrored.
+/// Pa, dpsi/dl_i of principal stretches, from the formulas of the textbooks. hgo: fibres in the plane of the first two, mirrored; fibre1 of length 1.
 [[nodiscard]] double principal_stress(const Material& material, const double stretch[3], int i);
 
 /// Plates pulled in two directions, free across: largest difference of the kernels' stress from the closed form, over the sum of both pulls.
