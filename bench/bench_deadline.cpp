@@ -1,5 +1,6 @@
 // Is the budget kept? The same scene under budgets from 0.1 to 33 ms: what each step was charged, beside its limit. What the
 // operating system took from the thread is told apart: wall time beside the thread's own.
+#include "bench/bench_scene.hpp"
 #include "bench/tables.hpp"
 #include "engine/report/statistics.hpp"
 #include "engine/prepare/prepare_scene.hpp"
@@ -16,6 +17,7 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::array kBudgetsMs{0.1, 0.3, 1.0, 3.0, 10.0, 33.0};
+constexpr std::uint64_t kFirstSteps = 20, kMeetingSteps = 600; // of scenes beside the first: instruments that meet
 /// A step counts as kept within this: the clock is read between grants, not inside them. Absolute or relative, whichever
 /// is more.
 constexpr double kGraceMs = 0.05, kGraceShare = 0.05;
@@ -56,7 +58,7 @@ struct Charges {
 
 double kept_share(std::uint64_t part, std::uint64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 1.0; }
 
-BenchRow run_under(const SceneModel& model, double budget_ms, std::uint64_t steps) {
+BenchRow run_under(const std::string& scene, const SceneModel& model, double budget_ms, std::uint64_t steps) {
     Simulator simulator(model, BudgetLimits{.mode = BudgetMode::Wall, .wall_s = 1e-3 * budget_ms});
     Charges charges;
     for (std::uint64_t k = 0; k < steps; ++k) {
@@ -65,7 +67,8 @@ BenchRow run_under(const SceneModel& model, double budget_ms, std::uint64_t step
         charges.add(report, budget_ms);
     }
     const std::uint64_t done = charges.wall_ms.size();
-    return {{"budget_ms", budget_ms},
+    return {{"scene", scene},
+            {"budget_ms", budget_ms},
             {"steps", done},
             {"kept", kept_share(charges.kept, done)},
             {"kept_own_time", kept_share(charges.kept_own, done)},
@@ -105,17 +108,19 @@ std::string describe_stalls(double seconds) {
 } // namespace
 
 Result<BenchTable> bench_deadline(const BenchOptions& options) {
-    const std::filesystem::path file = options.scene.empty() ? "assets/scenes/hepatic.json" : options.scene;
-    const Result<Scene> scene = read_scene(file);
-    if (!scene.ok()) return scene.error();
-    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
-    if (!prepared.ok()) return prepared.error();
+    std::vector<std::filesystem::path> files{"assets/scenes/hepatic.json"};
+    if (!options.quick) files.insert(files.end(), {"assets/scenes/two_devices.json", "assets/scenes/guidewire.json", "assets/scenes/coil.json"});
+    if (!options.scene.empty()) files = {options.scene};
     BenchTable table;
-    note_scene(table, *scene, prepared->model);
-    const std::uint64_t steps = options.quick ? 20 : prepared->model.step_count;
-    for (const double budget_ms : kBudgetsMs) {
-        options.progress(fmt::format("{} steps under {} ms", steps, budget_ms));
-        table.rows.push_back(run_under(prepared->model, budget_ms, steps));
+    for (const std::filesystem::path& file : files) {
+        const auto ready = prepare_for_bench(file, options, table);
+        if (!ready.ok()) return ready.error();
+        const SceneModel& model = ready->prepared.model;
+        const std::uint64_t steps = options.quick ? kFirstSteps : std::min(file == files.front() ? model.step_count : kMeetingSteps, model.step_count);
+        for (const double budget_ms : kBudgetsMs) {
+            options.progress(fmt::format("{}: {} steps under {} ms", ready->scene.name, steps, budget_ms));
+            table.rows.push_back(run_under(ready->scene.name, model, budget_ms, steps));
+        }
     }
     table.notes.push_back(fmt::format("kept: charged <= budget + the larger of {} ms and {} % of it", kGraceMs, 100.0 * kGraceShare));
     table.notes.push_back(

@@ -5,20 +5,24 @@
 #include "engine/prepare/prepare_scene.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace trocar::engine {
 
 namespace {
 
 constexpr std::uint64_t kSteps = 300, kQuickSteps = 12;
+/// Instruments that meet each other, one in another's bore, one with itself, and one with a solid.
+constexpr const char* kMeetings[] = {"assets/scenes/two_devices.json", "assets/scenes/guidewire.json", "assets/scenes/coil.json", "assets/scenes/needle_and_liver.json"};
 
 } // namespace
 
 Result<BenchTable> bench_effects(const BenchOptions& options) {
     BenchTable table;
     std::vector<std::filesystem::path> files{"assets/scenes/hepatic.json", "assets/scenes/falling_sphere.json"};
+    if (options.quick) files.erase(files.begin());
+    else files.insert(files.end(), std::begin(kMeetings), std::end(kMeetings));
     if (!options.scene.empty()) files = {options.scene};
-    if (options.quick && options.scene.empty()) files.erase(files.begin());
     for (const std::filesystem::path& file : files) {
         const auto ready = prepare_for_bench(file, options, table);
         if (!ready.ok()) return ready.error();

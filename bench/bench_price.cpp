@@ -77,8 +77,9 @@ void sketch_frontiers(BenchTable& table) {
 
 Result<BenchTable> bench_price(const BenchOptions& options) {
     BenchTable table;
-    std::vector<std::filesystem::path> files{"assets/scenes/two_organs.json", "assets/scenes/heap.json", "assets/scenes/spikes.json",
-                                             "assets/scenes/hepatic.json", "assets/scenes/hepatic_fine.json"};
+    std::vector<std::filesystem::path> files{"assets/scenes/two_organs.json", "assets/scenes/heap.json",         "assets/scenes/spikes.json",
+                                             "assets/scenes/hepatic.json",    "assets/scenes/hepatic_fine.json", "assets/scenes/two_devices.json",
+                                             "assets/scenes/guidewire.json"};
     if (!options.scene.empty()) files = {options.scene};
     if (options.quick && options.scene.empty()) files = {"assets/scenes/falling_sphere.json"};
     for (const std::filesystem::path& file : files) {

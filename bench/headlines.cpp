@@ -28,20 +28,27 @@ std::optional<double> ratio(std::optional<double> theirs, std::optional<double> 
 std::string list(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, " / ")); }
 
 std::vector<Headline> of_deadline(Rows rows) {
-    std::vector<std::string> budgets, kept, late;
-    for (const BenchRow& row : rows) {
-        if (!row_number(row, "kept_where_it_fits")) continue;
-        budgets.push_back(fmt::format("{:g}", *row_number(row, "budget_ms")));
-        kept.push_back(fmt::format("{:.2f}", 100.0 * *row_number(row, "kept_where_it_fits")));
-        late.push_back(fmt::format("{:.3g}", row_number(row, "own_ms_p999").value_or(0.0)));
+    std::vector<Headline> lines;
+    for (std::size_t begin = 0, end = 0; begin < rows.size(); begin = end) {
+        const std::string scene = row_text(rows[begin], "scene");
+        std::vector<std::string> budgets, kept, late;
+        for (end = begin; end < rows.size() && row_text(rows[end], "scene") == scene; ++end) {
+            const BenchRow& row = rows[end];
+            if (!row_number(row, "kept_where_it_fits")) continue;
+            budgets.push_back(fmt::format("{:g}", *row_number(row, "budget_ms")));
+            kept.push_back(fmt::format("{:.2f}", 100.0 * *row_number(row, "kept_where_it_fits")));
+            late.push_back(fmt::format("{:.3g}", row_number(row, "own_ms_p999").value_or(0.0)));
+        }
+        if (budgets.empty()) continue;
+        const std::string of = scene.empty() ? std::string() : scene + ": ";
+        lines.push_back({of + "steps that end within budgets of " + list(budgets) + " ms, in % (of those whose mandatory part fits)",
+                         list(kept),
+                         "wanted: 99.9",
+                         {},
+                         {}});
+        lines.push_back({of + "the same, 99.9th percentile of what a step used, ms", list(late), {}, {}, {}});
     }
-    if (budgets.empty()) return {};
-    return {{"steps that end within budgets of " + list(budgets) + " ms, in % (of those whose mandatory part fits)",
-             list(kept),
-             "wanted: 99.9",
-             {},
-             {}},
-            {"the same, 99.9th percentile of what a step used, ms", list(late), {}, {}, {}}};
+    return lines;
 }
 
 /// The most accurate budget whose contact takes at most a quarter of the exact run's.
