@@ -135,6 +135,8 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     passed_places += report.passed_places;
     passed_steps += report.passed_places > 0;
     softened += report.softened;
+    explicit_bodies += report.explicit_bodies;
+    explicit_steps += report.explicit_bodies > 0;
     unconverged_solves += report.contact_unconverged;
     unconverged_steps += report.contact_unconverged > 0;
     unproven_solids += report.unproven_solids;

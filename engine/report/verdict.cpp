@@ -122,6 +122,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
                                    "Both bodies got the same impulses, so momentum is conserved; the residual is contact_residual_n in "
                                    "steps.csv."));
+    if (t.explicit_steps > 0)
+        losses.push_back(make_loss("Implicit steps that did not converge", t.explicit_steps,
+                                   fmt::format("{} in {}", count_text(t.explicit_bodies, "body", "bodies"), of_steps(t.explicit_steps, record)), Mark::Note,
+                                   "Explicit sub-steps took their place, as many as the tissue's stiffness asks for: these steps take the time of both. Shorter "
+                                   "steps, or smaller loads, converge."));
     if (t.slowed_steps > 0)
         losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,
                                    "They would have moved by more than 1.2 mm in a step, farther than the wall near them was known. Shorter "

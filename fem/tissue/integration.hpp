@@ -65,6 +65,7 @@ struct AdvanceReport {
     double time_done = 0.0;    // s, = step when all went well
     double last_substep = 0.0; // s, length of the last sub-step taken; 0: none was
     bool refused = false;      // max_substeps was not enough: tightest.step and worst_tet say why
+    bool instead = false;      // an implicit step did not converge: explicit sub-steps took its place
 };
 
 } // namespace trocar::fem

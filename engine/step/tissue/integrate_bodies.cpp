@@ -21,16 +21,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// start: of the step, where an implicit step that does not converge goes back to: explicit sub-steps take its place.
-fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::TissueState& start, const fem::IntegrateInputs& inputs,
-                                BodyState& state, TissueScratch& scratch) {
-    if (body.implicit) {
-        fem::AdvanceReport done = fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs,
-                                                          scratch.rk, scratch.implicit)
-                                      .advance;
-        if (!done.refused && done.integrate.finite()) return done;
-        state.tissue = start;
-    }
+fem::AdvanceReport advance_explicitly(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state, TissueScratch& scratch) {
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
@@ -44,6 +35,21 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
     if (!done.refused)
         done.integrate = fem::integrate(*body.tissue, state.tissue, model.step_s, std::max(needed, model.fixed_substeps), inputs,
                                         model.integrator, scratch.rk);
+    return done;
+}
+
+/// start: of the step, where an implicit step that does not converge goes back to: explicit sub-steps take its place.
+fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::TissueState& start, const fem::IntegrateInputs& inputs,
+                                BodyState& state, TissueScratch& scratch) {
+    if (body.implicit) {
+        fem::AdvanceReport done = fem::advance_implicitly(*body.tissue, *body.implicit, state.tissue, model.step_s, std::max(1u, model.fixed_substeps), inputs,
+                                                          scratch.rk, scratch.implicit)
+                                      .advance;
+        if (!done.refused && done.integrate.finite()) return done;
+        state.tissue = start;
+    }
+    fem::AdvanceReport done = advance_explicitly(model, body, inputs, state, scratch);
+    done.instead = body.implicit.has_value();
     return done;
 }
 
@@ -102,6 +108,7 @@ void report_body(const SceneModel& model, const BodyModel& body, const fem::Adva
     if (report.stable_step_s == 0.0 || done.tightest.step < report.stable_step_s) report.stable_step_s = done.tightest.step;
     report.min_volume_ratio = std::min(report.min_volume_ratio, done.integrate.min_volume_ratio);
     report.inverted_tets += done.integrate.inverted;
+    report.explicit_bodies += done.instead;
     report.elastic_j += done.integrate.elastic_j;
     report.kinetic_j += done.integrate.kinetic_j;
     report.failure = describe_failure(model, body, done);
