@@ -130,7 +130,7 @@ BatchAnswers::SetPtr BatchAnswers::make_set() const {
 
 BatchAnswers::SetPtr BatchAnswers::find_free() {
     for (const SetPtr& set : sets_)
-        if (set->is_free()) return set;
+        if (set != last_ && set->is_free()) return set; // the last one can be asked for again: outcome(), observation()
     SetPtr made = make_set();
     if (sets_.size() < kKept) sets_.push_back(made);
     else sets_[oldest_ % kKept] = made, ++oldest_;
