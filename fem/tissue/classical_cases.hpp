@@ -18,8 +18,9 @@ inline constexpr double kCookTip = 23.96; // plane stress, quoted
 /// The same of a ring with free faces: of a vessel's wall, radii 1 and 1.4, plane stress.
 [[nodiscard]] double ring_ratio(Index cells, double poisson_ratio, TetElements elements);
 
-/// A tube of these radii of an artery's media (Holzapfel, Gasser & Ogden 2000), whose fibres wind round it, ends open, under a pressure that widens the bore
-/// by `widening` of its radius in the closed form of large strains: the bore's widening over that, in the middle, where it has come to rest.
+/// A tube of these radii of an artery's media (Holzapfel, Gasser & Ogden 2000), whose fibres wind round it, under a dead load on its bore that widens it by
+/// `widening` of its radius in the closed form of large strains, and on its ends what the closed form has there, which comes to no force in all: the bore's
+/// widening over that, where it has come to rest.
 [[nodiscard]] double artery_ratio(Index cells, double widening, TetElements elements);
 
 /// Widening of the thin wall around a sphere, a tenth of its radius thick, under an inner pressure over Lame's: of the mesh that walls of vessels have.

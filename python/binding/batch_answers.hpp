@@ -86,7 +86,7 @@ private:
         py::ssize_t offset = 0;
     };
 
-    static constexpr std::size_t kKept = 4; // sets: one being written, the last one in a caller's hands, and those that it keeps a little longer
+    static constexpr std::size_t kKept = 3; // sets: one being written, the last one in a caller's hands, and one that it keeps a little longer
 
     [[nodiscard]] AnswerArrays make_arrays() const;
     [[nodiscard]] SetPtr make_set() const;

@@ -137,20 +137,18 @@ public:
             batch_->reset(seeds, mask, SignalCheck());
         }
         answers_.take(next);
-        answer_ = py::none();
         return py::make_tuple(next.told[0], next.told[4]);
     }
 
     /// actions   (count, devices, 2) float64, contiguous, in this machine's byte order; of any other array nothing is done
-    /// returns   observations, rewards, terminated, truncated, infos; none where nothing was done, and where `answer` has them, as pictures, failures
-    ///           or ends of episodes are to be added
+    /// returns   observations, rewards, terminated, truncated, infos: a tuple; a list where pictures, failures or ends of episodes are to be added; none
+    ///           where nothing was done
     py::object step(const py::object& actions) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
-        answer_ = py::none();
         if (!py::isinstance<py::array>(actions)) return py::none();
         const auto taken = py::reinterpret_borrow<py::array>(actions);
         const auto devices = static_cast<py::ssize_t>(batch_->devices());
-        if (taken.dtype().ptr() != double_.ptr() || (taken.flags() & py::array::c_style) == 0) return py::none();
+        if ((taken.dtype().ptr() != double_.ptr() && !taken.dtype().equal(double_)) || (taken.flags() & py::array::c_style) == 0) return py::none();
         if (taken.ndim() != 3 || taken.shape(0) != count_ || taken.shape(1) != devices || taken.shape(2) != 2) return py::none();
         if (!batch_->ready()) bad_usage("the environments have no episode, or their last step was interrupted; expected reset() first");
         const std::span<const double> values(static_cast<const double*>(taken.data()), static_cast<std::size_t>(taken.size()));
@@ -164,12 +162,9 @@ public:
             engine_ms_ = watch.elapsed_ms();
         }
         answers_.take(next);
-        if (!has_cameras_ && !batch_->has_more_to_tell()) return std::move(next.told);
-        answer_ = std::move(next.told);
-        return py::none();
+        if (has_cameras_ || batch_->has_more_to_tell()) return py::list(next.told);
+        return std::move(next.told);
     }
-    /// Of the last step, once: none where step() returned it, or did nothing.
-    [[nodiscard]] py::object answer() { return std::exchange(answer_, py::none()); }
 
     [[nodiscard]] SavedState save(std::size_t i) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
@@ -227,8 +222,7 @@ private:
     py::ssize_t count_;
     bool has_cameras_;
     BatchAnswers answers_;
-    py::object answer_ = py::none();
-    py::dtype double_ = py::dtype::of<double>(); // numpy's own: an array of another equal one goes the longer way
+    py::dtype double_ = py::dtype::of<double>(); // numpy's own
     std::unique_ptr<engine::EnvironmentBatch> batch_;
     double engine_ms_ = 0.0;
     std::mutex mutex_;
@@ -340,7 +334,6 @@ void bind_episodes(py::module_& module) {
         .def("save", &PyBatch::save)
         .def("rods", &PyBatch::rods)
         .def("xray", &PyBatch::xray)
-        .def("answer", &PyBatch::answer)
         .def_property_readonly("observation", &PyBatch::observation)
         .def_property_readonly("pixels", &PyBatch::pixels)
         .def_property_readonly("tips", &PyBatch::tips)

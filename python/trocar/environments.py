@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,8 @@ from . import _engine
 from ._functions import load, scene_path, scenes
 from .pictures import XrayFrame, camera_of
 
+#: observations, rewards, terminated, truncated, infos
+Answer = Tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Dict[str, Any]]
 SceneLike = Union[_engine.Scene, str, "os.PathLike[str]", Mapping[str, Any]]
 
 REWARD_TERMS = ("progress", "target", "force", "step")
@@ -115,7 +117,8 @@ class Environments:
     draw_scene     instead, every episode draws its scene (its anatomy) from all of them
     autoreset      "next_step": the action after an episode's end begins another, and is not taken; "same_step": another begins at once,
                    infos["final_obs"] holds the last observation; "disabled": reset() with a mask
-    copy           False: returned arrays are read-only views that the next step overwrites
+    copy           False: returned arrays are read-only views that the next step overwrites. True: an array that is kept, by itself or by a view of it,
+                   stays as it is; those that nobody keeps are used again, so a weak reference to one does not end with it
     renders        xray() has a camera, though observations have no pixels
 
     Observations are (num_envs, size) float32; with Options.observation "pixels" (num_envs, rows, columns, channels) uint8; with "both" a dict of
@@ -176,16 +179,17 @@ class Environments:
         observations, infos = self._batch.reset(taken, which)
         return self._observed(observations, infos), infos
 
-    def step(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    def step(self, actions: ArrayLike) -> Answer:
         """One action of every environment: (num_envs, devices, 2) mm/s and rad/s, taken within the drives' limits."""
-        return self._step(actions) or self._finish(actions)
+        answer: Union[Answer, list[Any], None] = self._step(actions)
+        return answer if isinstance(answer, tuple) else self._finish(answer, actions)
 
-    def _finish(self, actions: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    def _finish(self, answer: Optional[list[Any]], actions: ArrayLike) -> Answer:
         """What a step leaves to Python: actions that are no contiguous array of float64, and answers that something is to be added to."""
-        answer = self._batch.answer() or self._step(self._checked(actions)) or self._batch.answer()
+        state, reward, terminated, truncated, infos = answer or self._step(self._checked(actions))
         if self._batch.has_more_to_tell:
-            self._add_rare(answer[4])
-        return (self._observed(answer[0], answer[4]), *answer[1:]) if self.observation != "state" else answer
+            self._add_rare(infos)
+        return self._observed(state, infos), reward, terminated, truncated, infos
 
     @property
     def _state(self) -> NDArray[np.float32]:
