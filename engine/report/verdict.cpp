@@ -126,7 +126,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Implicit steps that did not converge", t.explicit_steps,
                                    fmt::format("{} in {}", count_text(t.explicit_bodies, "body", "bodies"), of_steps(t.explicit_steps, record)), Mark::Note,
                                    "Explicit sub-steps took their place, as many as the tissue's stiffness asks for: these steps take the time of both. Shorter "
-                                   "steps, or smaller loads, converge."));
+                                   "steps, or smaller loads, may converge."));
     if (t.slowed_steps > 0)
         losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,
                                    "They would have moved by more than 1.2 mm in a step, farther than the wall near them was known. Shorter "
