@@ -182,6 +182,10 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
         check.index(key + ".embedded_in", body.embedded_in, scene.bodies.size(), "body");
         if (!check.failed() && (body.embedded_in == i || scene.bodies[body.embedded_in].kind != BodyKind::Deformable))
             check.fail(key + ".embedded_in", "found a body that cannot carry it, expected another one that is deformable");
+        if (!check.failed() && body.kind == BodyKind::Deformable && (!body.hollow || body.embedded_in < i || scene.bodies[body.embedded_in].hollow))
+            check.fail(key + ".embedded_in", "found a body that is not joined to it, expected a hollow one before an organ that is not hollow");
+        if (!check.failed() && body.kind == BodyKind::Kinematic)
+            check.fail(key + ".embedded_in", "found a body that moves as told, expected a static one, or the wall of a hollow one");
     }
     if (body.kind == BodyKind::Deformable) {
         check.above(key + ".coarse.unit", body.coarse.unit);

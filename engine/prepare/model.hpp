@@ -52,6 +52,12 @@ struct BodyLoad {
     std::vector<double> area;    // [faces] m^2 at rest
 };
 
+/// Of a vessel's wall: ties of its outside's nodes to the tetrahedra of an organ.
+struct WallJoint {
+    std::size_t host = 0; // a body after it
+    std::vector<fem::Tie> ties;
+};
+
 struct BodyModel {
     std::string name;
     Motion motion = Motion::Static;
@@ -63,6 +69,8 @@ struct BodyModel {
     std::optional<fem::ImplicitSystem> implicit; // tissue that is advanced implicitly
     std::optional<std::size_t> host_body;   // deformable host body that this surface is embedded in; a vessel with a wall of its own: itself
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
+    std::optional<WallJoint> joint;         // a vessel's wall that is joined to the organ around it
+    std::vector<double> tied;               // [node_count] 1/s^2, by record, of tissue with ties: what they add to a stable step's bound; else empty
     bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
     std::vector<HeldNodes> held;            // deformable bodies: those of their held nodes that move

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace trocar::engine {
 namespace {
@@ -36,18 +35,15 @@ bool is_on_faces(LoadKind kind) { return kind == LoadKind::Traction || kind == L
 
 /// Boundary triangles whose nodes are all among some; with a lumen only those that face into it, however thin its wall.
 void add_faces(const TetMesh& mesh, const std::vector<Index>& nodes, const TriMesh* lumen, BodyLoad& load) {
-    std::optional<TriangleTree> bore;
-    if (lumen != nullptr) bore.emplace(*lumen);
-    const auto faces_in = [&](const Vec3& centre, const Vec3& across) {
-        const Triangle& t = lumen->triangles[bore->closest(centre)->triangle];
-        const Vec3 &a = lumen->vertices[t[0]], &b = lumen->vertices[t[1]], &c = lumen->vertices[t[2]];
-        return (b - a).cross(c - a).dot(across) < 0.0;
-    };
     const auto is_in = [&](Index node) { return std::binary_search(nodes.begin(), nodes.end(), node); };
-    for (const Triangle& face : boundary_surface(mesh).triangles) {
-        if (!std::all_of(face.begin(), face.end(), is_in)) continue;
+    std::vector<Triangle> faces;
+    for (const Triangle& face : boundary_surface(mesh).triangles)
+        if (std::all_of(face.begin(), face.end(), is_in)) faces.push_back(face);
+    const std::vector<bool> on_bore = lumen != nullptr ? face_into(mesh, faces, *lumen) : std::vector<bool>(faces.size(), true);
+    for (std::size_t k = 0; k < faces.size(); ++k) {
+        if (!on_bore[k]) continue;
+        const Triangle& face = faces[k];
         const Vec3 &a = mesh.vertices[face[0]], &b = mesh.vertices[face[1]], &c = mesh.vertices[face[2]];
-        if (bore && !faces_in((a + b + c) / 3.0, (b - a).cross(c - a))) continue;
         load.faces.push_back(face);
         load.area.push_back(0.5 * (b - a).cross(c - a).norm());
     }
@@ -61,6 +57,18 @@ void add_nodes(const fem::TissueModel& tissue, const std::vector<Index>& nodes, 
 }
 
 } // namespace
+
+std::vector<bool> face_into(const TetMesh& mesh, std::span<const Triangle> faces, const TriMesh& lumen) {
+    const TriangleTree bore(lumen);
+    std::vector<bool> found;
+    for (const Triangle& face : faces) {
+        const Vec3 &a = mesh.vertices[face[0]], &b = mesh.vertices[face[1]], &c = mesh.vertices[face[2]];
+        const Triangle& t = lumen.triangles[bore.closest((a + b + c) / 3.0)->triangle];
+        const Vec3 &p = lumen.vertices[t[0]], &q = lumen.vertices[t[1]], &r = lumen.vertices[t[2]];
+        found.push_back((q - p).cross(r - p).dot((b - a).cross(c - a)) < 0.0);
+    }
+    return found;
+}
 
 std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes) {
     if (region.kind == RegionKind::Listed) return region.nodes;

@@ -6,6 +6,8 @@
 #include "engine/prepare/model.hpp"
 #include "engine/scene/scene.hpp"
 
+#include <span>
+
 namespace trocar::engine {
 
 /// The body with regions near a surface as lists of nodes, and its own lists checked.
@@ -17,6 +19,9 @@ namespace trocar::engine {
 /// Of all nodes; ascending. Of a body that list_region_nodes has gone through.
 [[nodiscard]] std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes);
 [[nodiscard]] std::vector<Index> find_pinned(const std::vector<HeldRegion>& regions, const std::vector<Vec3>& nodes);
+
+/// [faces] Which of some boundary faces of a mesh look into a lumen.
+[[nodiscard]] std::vector<bool> face_into(const TetMesh& mesh, std::span<const Triangle> faces, const TriMesh& lumen);
 
 /// Into model.held. Fails where a region that moves is empty, or holds a node of another that moves.
 [[nodiscard]] Result<void> prepare_held(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes,

@@ -10,12 +10,11 @@
 #include "engine/prepare/geometry_cache.hpp"
 #include "engine/prepare/sharp_edges.hpp"
 #include "engine/prepare/tissue_regions.hpp"
+#include "engine/prepare/wall_ties.hpp"
 #include "engine/scene/scene_size.hpp"
-#include "fem/tissue/relaxation.hpp"
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
 #include "fem/mesh/wall_mesh.hpp"
-#include "fem/tissue/stable_step.hpp"
 
 #include <fmt/format.h>
 
@@ -127,71 +126,6 @@ Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const R
                                                  1e3 * body.coarse.thickness, folds, 100.0 * fem::kLeastWall, body.coarse.surface_triangles)};
 }
 
-/// A viscosity that would set the step is lowered to what costs a tenth of it; asked for by name, it stays.
-void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& tissue, fem::StableStep& stable,
-                   fem::StableStepWorkspace& workspace, std::vector<std::string>& notes) {
-    const double asked = tissue.material.viscosity;
-    const double capped = fem::cap_viscosity(tissue, stable, scene.time.explicit_rule());
-    if (!body.cap_viscosity || !(capped < asked)) return;
-    const double slow = stable.step;
-    tissue.material.viscosity = capped;
-    workspace.warm = false;
-    stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.explicit_rule());
-    notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} ms instead of {:.3g} ms "
-                                "(material.cap_viscosity false keeps it)",
-                                asked, capped, 1e3 * stable.step, 1e3 * slow));
-}
-
-/// Beyond this the factor takes minutes, and a step seconds.
-constexpr std::size_t kMostImplicit = 5000;
-
-/// Whether "auto" may choose implicit steps: of bodies that are held somewhere, since others lose their spin in long steps, without branches that relax.
-bool may_be_implicit(const fem::TissueModel& tissue) noexcept {
-    return !tissue.pinned.empty() && tissue.node_count() <= kMostImplicit && fem::relaxation_size(tissue) == 0;
-}
-
-/// Explicit sub-steps of a step from which on an implicit one is cheaper: about 80 force evaluations and 80 solves against four evaluations each (docs/tissue.md).
-double many_substeps(const fem::TissueModel& tissue, const fem::ImplicitSystem& system) noexcept {
-    return std::max(100.0, 40.0 + 8.0 * static_cast<double>(system.factor.below.size()) / static_cast<double>(tissue.tet_count()));
-}
-
-/// The branch that relaxes fastest; infinite: there is none.
-double least_tau(const fem::Material& m) noexcept {
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto& [share, tau] : {std::pair{m.g1, m.tau1}, {m.g2, m.tau2}, {m.g3, m.tau3}})
-        if (share > 0.0) least = std::min(least, tau);
-    return least;
-}
-
-/// Of a body that is advanced implicitly: as the scene asks, or as "auto" finds it cheaper, with a note.
-Result<std::optional<fem::ImplicitSystem>> choose_implicit(const Scene& scene, const std::string& key, const fem::TissueModel& tissue,
-                                                           const fem::StableStep& stable, std::vector<std::string>& notes) {
-    const double substep = scene.time.step / std::max(1u, scene.time.substeps), count = std::ceil(scene.time.step / stable.step);
-    if (scene.time.integrator == TissueSteps::Implicit) {
-        if (tissue.node_count() > kMostImplicit)
-            return scene_error(scene, key + ".coarse",
-                               fmt::format("found {} nodes; expected at most {} of a body that is advanced implicitly, as time.integrator says", tissue.node_count(), kMostImplicit));
-        if (const double tau = least_tau(tissue.material); tau < substep)
-            return scene_error(scene, key + ".material",
-                               fmt::format("found a branch that relaxes in {:.3g} s; expected at least a sub-step of {:g} s of a body that is advanced implicitly, as "
-                                           "time.integrator says",
-                                           tau, substep));
-    } else if (!(count > 100.0) || !may_be_implicit(tissue)) {
-        return std::optional<fem::ImplicitSystem>();
-    }
-    Result<fem::ImplicitSystem> system = fem::make_implicit_system(tissue, substep);
-    if (!system.ok()) return scene_error(scene, key + ".coarse", system.error().message);
-    if (scene.time.integrator != TissueSteps::Implicit) {
-        if (!(count > many_substeps(tissue, *system))) return std::optional<fem::ImplicitSystem>();
-        const bool chosen = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
-        const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
-        notes.push_back(chosen ? fmt::format("advanced implicitly, since there would be {}; \"integrator\": \"rk4\" (of \"time\") takes them", many)
-                               : fmt::format("{}; \"integrator\": \"implicit\" (of \"time\") takes one as a rule", many));
-        if (!chosen) return std::optional<fem::ImplicitSystem>();
-    }
-    return std::optional<fem::ImplicitSystem>(std::move(*system));
-}
-
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, BesideTets& beside, const Remarks& remarks) {
     if (body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Lattice) return make_lattice(body, surface, remarks);
@@ -253,26 +187,6 @@ std::string find_misfit(const TetMesh& coarse, const TriMesh& surface, double lo
     return {};
 }
 
-constexpr double kSliverHeight = 0.05; // [-] of the longest edge; a regular tetrahedron has 0.82
-
-/// The tet that sets the step, where it does so by being thin.
-void note_sliver(const TetMesh& mesh, const fem::StableStep& stable, std::vector<std::string>& notes) {
-    if (stable.worst_tet == kNoIndex) return;
-    const Tet& t = mesh.tets[stable.worst_tet];
-    double longest = 0.0, face = 0.0;
-    for (std::size_t k = 0; k < 4; ++k) {
-        const Vec3 &a = mesh.vertices[t[(k + 1) % 4]], &b = mesh.vertices[t[(k + 2) % 4]], &c = mesh.vertices[t[(k + 3) % 4]];
-        longest = std::max({longest, (b - a).norm(), (c - a).norm(), (c - b).norm()});
-        face = std::max(face, (b - a).cross(c - a).norm());
-    }
-    const Vec3& o = mesh.vertices[t[0]];
-    const double volume = (mesh.vertices[t[1]] - o).dot((mesh.vertices[t[2]] - o).cross(mesh.vertices[t[3]] - o));
-    if (!(volume < kSliverHeight * longest * face)) return;
-    notes.push_back(fmt::format(
-        "tetrahedron {} (nodes {}, {}, {}, {}) is a sliver, {:.3g} of its longest edge high, and sets the stable step of {:.3g} s",
-        stable.worst_tet, t[0], t[1], t[2], t[3], volume / (longest * face), stable.step));
-}
-
 /// The next body's share of the scene's limit: the limit less what other bodies have or announce.
 struct SceneAllowance {
     std::size_t triangles = kMostTriangles, tets = kMostTets;
@@ -303,20 +217,12 @@ Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const T
                     1e9 * body.coarse.max_volume, count, 1e9 * volume, allowance.tets, 1e9 * volume / static_cast<double>(allowance.tets)));
 }
 
-/// What a node gives way by within a step, its neighbours as they are: by inertia where the step is short, by the tissue's stiffness where it is long.
-std::vector<double> find_node_give(const fem::TissueModel& tissue, double step) {
-    std::vector<double> give = fem::find_node_stiffness(tissue);
-    for (std::size_t n = 0; n < give.size(); ++n)
-        give[n] = tissue.inv_mass[n] > 0.0 ? 1.0 / (give[n] + 2.0 * tissue.node_mass[n] / (step * step)) : 0.0;
-    return give;
-}
-
-Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const SceneAllowance& allowance, const std::vector<BodyModel>& before,
-                            BodyModel& model, TetMesh& coarse, BodySummary& summary, std::vector<std::string>& notices) {
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const SceneAllowance& allowance, CoarseBodies& coarse, PreparedScene& prepared,
+                            BodyModel& model, BodySummary& summary) {
     const std::string key = "bodies." + spec.name;
     if (const Result<void> sized = check_max_volume(scene, spec, model.surface, allowance); !sized.ok()) return sized;
     BesideTets beside;
-    Result<TetMesh> mesh = make_coarse(spec, model.surface, beside, {summary.notes, notices});
+    Result<TetMesh> mesh = make_coarse(spec, model.surface, beside, {summary.notes, prepared.notices});
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > allowance.tets)
         return scene_error(scene, key + ".coarse",
@@ -324,7 +230,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                                        kMostTets - allowance.tets + mesh->tets.size(), kMostTets));
     Result<TissueRegions> regions = make_tissue_regions(scene, spec, *mesh, beside);
     if (!regions.ok()) return regions.error();
-    const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, before, model);
+    const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, prepared.model.bodies, model);
     if (!listed.ok()) return listed.error();
     const SceneBody& body = *listed;
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
@@ -337,31 +243,13 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                            body.coarse.file.empty() ? tissue.error().message
                                                     : fmt::format("{}: {}", body.coarse.file.string(), tissue.error().message),
                            tissue.error().code);
+    if (const Result<void> joined = join_walls(scene, {*mesh, effective_material(scene, body), regions->contrast()}, coarse, prepared, *tissue, summary); !joined.ok())
+        return joined;
     Result<fem::RigidLinks> links = spec.hollow ? fem::make_bore_links(*mesh, model.surface) : fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     if (!body.coarse.file.empty())
         if (const std::string misfit = find_misfit(*mesh, model.surface, links->max_length); !misfit.empty())
             return scene_error(scene, key + ".coarse", fmt::format("{}: {}", body.coarse.file.string(), misfit));
-    fem::StableStepWorkspace workspace;
-    fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.explicit_rule());
-    const double asked_viscosity = tissue->material.viscosity;
-    std::vector<std::string> cap_notes;
-    cap_viscosity(scene, body, *tissue, stable, workspace, cap_notes);
-    const double capped_viscosity = std::exchange(tissue->material.viscosity, asked_viscosity);
-    auto implicit = choose_implicit(scene, key, *tissue, stable, summary.notes);
-    if (!implicit.ok()) return implicit.error();
-    model.implicit = std::move(*implicit);
-    summary.stable_step_s = stable.step;
-    if (!model.implicit) { // or it sets no step
-        tissue->material.viscosity = capped_viscosity;
-        summary.notes.insert(summary.notes.end(), cap_notes.begin(), cap_notes.end());
-    }
-    if (!model.implicit && scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
-        return scene_error(scene, "time.substeps",
-                           fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "
-                                       "or \"auto\"",
-                                       scene.time.substeps, scene.time.step / scene.time.substeps, body.name, summary.stable_step_s,
-                                       std::ceil(scene.time.step / summary.stable_step_s)));
     summary.coarse_nodes = mesh->vertices.size();
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();
@@ -373,11 +261,9 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                         "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499; \"elements\": \"patched\" does not",
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
     if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
-    if (!model.implicit) note_sliver(*mesh, stable, summary.notes);
-    model.node_give = find_node_give(*tissue, scene.time.step);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);
-    coarse = std::move(*mesh);
+    coarse.meshes.back() = std::move(*mesh);
     return {};
 }
 
@@ -437,7 +323,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {
-        const Result<void> done = prepare_tissue(scene, body, allowance, prepared.model.bodies, model, coarse.meshes.back(), summary, prepared.notices);
+        const Result<void> done = prepare_tissue(scene, body, allowance, coarse, prepared, model, summary);
         if (!done.ok()) return done;
         if (model.hollow) model.host_body = prepared.model.bodies.size(); // itself: what presses on its surface presses on its wall
     }
@@ -484,7 +370,7 @@ Result<void> embed_in_host(const Scene& scene, std::size_t index, const CoarseBo
         summarise_links(*model.links, prepared.bodies[index]);
         return {};
     }
-    if (body.embedded_in == kNoIndex) return {};
+    if (body.embedded_in == kNoIndex || model.tissue) return {}; // a wall of its own is joined, not carried
     Result<fem::RigidLinks> links = fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
     if (!links.ok()) return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
     model.links = std::move(*links);

@@ -6,11 +6,6 @@
 
 namespace trocar::engine {
 
-/// Tetrahedra of a deformable body, kept beside the model while surfaces are embedded in it.
-struct CoarseBodies {
-    std::vector<TetMesh> meshes; // [body_count], empty where a body does not deform
-};
-
 /// Links of what lies in a vessel whose host deforms: points of its middle hang on the wall around them where the vessel is its own host, and in the
 /// organ's tetrahedra otherwise. None: it has no host.
 [[nodiscard]] Result<std::optional<fem::RigidLinks>> link_to_host(const Scene& scene, const CoarseBodies& coarse, const SceneModel& model, std::size_t vessel,

@@ -5,6 +5,7 @@
 #include "engine/prepare/nested.hpp"
 #include "engine/prepare/prepare_body.hpp"
 #include "engine/prepare/standing_room.hpp"
+#include "engine/prepare/tissue_steps.hpp"
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/scene/section.hpp"
@@ -225,6 +226,7 @@ Result<PreparedScene> make_prepared_scene(const Scene& scene, const Progress& pr
         const Result<void> done = embed_in_host(scene, i, coarse, prepared);
         if (!done.ok()) return done.error();
     }
+    if (const Result<void> chosen = choose_tissue_steps(scene, coarse, prepared); !chosen.ok()) return chosen.error();
     find_nested(prepared);
     if (const Result<void> wrapped = wrap_solids(scene, prepared); !wrapped.ok()) return wrapped.error();
     for (const SceneTarget& target : scene.targets) {

@@ -18,4 +18,9 @@ struct PreparedScene {
     double seconds = 0.0;            // wall time of preparation
 };
 
+/// Tetrahedra of deformable bodies, kept beside the model while others are embedded in them.
+struct CoarseBodies {
+    std::vector<TetMesh> meshes; // [body_count], empty where a body does not deform
+};
+
 } // namespace trocar::engine

@@ -497,11 +497,12 @@ struct BodyKeys {
             key(s.translate, vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")),
             key(s.hollow, flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")),
             custom_key(
-                text_field("embedded_in", "Name of the deformable host body, in whose mesh this surface is embedded where it is inside.")
-                    .when({"static"}),
+                text_field("embedded_in", "Name of the deformable host body. A static surface is embedded in its mesh where it is inside; the wall of a hollow "
+                                          "body that deforms, which stands before it, is joined to it there, and the host makes room for it.")
+                    .when({"static", "deformable"}),
                 kReadApart, s.embedded_in), // once all bodies are known: resolve_host_body
             key(s.blend, number_field("blend", Dimension::Length, above(0.0, 0.5),
-                                      "With embedded_in: over this distance outside the host the motion fades to rest; 10 mm when absent.")
+                                      "With embedded_in, of a surface: over this distance outside the host the motion fades to rest; 10 mm when absent.")
                              .default_in_doc()
                              .when({"static"})),
             part_key<TissueKeys>(s, object_field("material", table_of<TissueKeys>(), "Of the tissue.").when({"deformable"})),

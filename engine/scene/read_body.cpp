@@ -230,9 +230,17 @@ std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
 std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
     if (!values.has("embedded_in")) return std::nullopt;
     const std::string name = values.text("embedded_in");
+    const bool is_wall = body.kind == BodyKind::Deformable;
+    if (is_wall && !body.hollow)
+        return fail_at(context, values, "embedded_in",
+                       "found an organ in another; expected \"hollow\": true beside it, for a vessel whose wall is joined to the tissue around it, or this left out");
+    const auto own = static_cast<Index>(&body - scene.bodies.data());
+    const auto may_be = [&](const SceneBody& other) { // a wall is joined to an organ that stands after it
+        return other.kind == BodyKind::Deformable && &other != &body && (!is_wall || (!other.hollow && static_cast<Index>(&other - scene.bodies.data()) > own));
+    };
     std::vector<std::string_view> deformable;
     for (const SceneBody& other : scene.bodies)
-        if (other.kind == BodyKind::Deformable) deformable.push_back(other.name);
+        if (may_be(other)) deformable.push_back(other.name);
     body.embedded_in = find_body(scene, name);
     if (body.embedded_in == kNoIndex)
         return fail_at(context, values, "embedded_in",
@@ -241,7 +249,11 @@ std::optional<Error> resolve_host_body(const CheckContext& context, const Values
         return fail_at(context, values, "embedded_in",
                        fmt::format("the body \"{}\" is not deformable, so it cannot carry another; {}", name,
                                    suggest("deformable body", name, deformable)));
-    return std::nullopt;
+    if (!is_wall || may_be(scene.bodies[body.embedded_in])) return std::nullopt;
+    const char* what = body.embedded_in == own                  ? "is the vessel itself"
+                       : scene.bodies[body.embedded_in].hollow ? "is hollow, and no wall is joined to another"
+                                                                : "stands before this one, and a vessel stands before the organ that its wall is joined to";
+    return fail_at(context, values, "embedded_in", fmt::format("the body \"{}\" {}; {}", name, what, suggest("deformable body", name, deformable)));
 }
 
 std::optional<Error> resolve_around(const CheckContext& context, const Values& values, const Scene& scene, std::size_t index,

@@ -142,7 +142,7 @@ struct SceneBody {
     double scale = 1.0;            // applied about the origin, before translate
     Vec3 translate = Vec3::Zero(); // m
     bool hollow = false;           // the surface is a lumen: instruments are inside, contacts push inwards
-    Index embedded_in = kNoIndex;  // Static: deformable host body, in whose mesh this surface is embedded where it is inside
+    Index embedded_in = kNoIndex;  // deformable host body. Static: the surface is embedded in its mesh; Deformable and hollow, before it: the wall is joined to it
     double blend = 0.010;          // m: over this distance outside the host the motion fades to rest
     std::string preset;            // Deformable: whose tissue the material began as; empty: the defaults
     fem::Material material;        // Deformable

@@ -59,7 +59,9 @@ TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children,
 TROCAR_MEMBERS(LoadRow, time, value)
 TROCAR_MEMBERS(HeldNodes, pinned, moves, turns, point, axis)
 TROCAR_MEMBERS(BodyLoad, kind, vector, number, over, nodes, share, faces, area)
-TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, implicit, host_body, links, self_contact, path, held, loads, node_give,
+TROCAR_MEMBERS(fem::Tie, node, host, weight, stiffness)
+TROCAR_MEMBERS(WallJoint, host, ties)
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, tissue, implicit, host_body, links, joint, tied, self_contact, path, held, loads, node_give,
                velocity, spin, topology, sharp_edges, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)

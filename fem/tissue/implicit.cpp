@@ -37,12 +37,16 @@ double largest(std::span<const Vec3> field) noexcept {
 /// Whether TetKernel::Stiffness is the derivative of the forces, not a bound on it.
 bool has_exact_tangent(MaterialLaw law) noexcept { return law != MaterialLaw::Hgo && law != MaterialLaw::Ogden; }
 
-struct ImplicitStage {
-    const Substep& s;
+/// Of one body: what acts on its nodes where they stand, and how that changes.
+struct BodyStage {
+    const Substep s;
     const ImplicitSystem& system;
     ImplicitWorkspace& iw;
     double reach; // s, of its implicit Euler
     double since; // s, of its end after the sub-step's start
+
+    BodyStage(const ImplicitBody& body, double time, double reach_s, double since_s) noexcept
+        : s{body.model, body.inputs, body.workspace, nullptr, body.advance.integrate, time}, system(body.system), iw(body.implicit), reach(reach_s), since(since_s) {}
 
     [[nodiscard]] double per_mass(std::size_t node) const noexcept { return s.model.plan.inv_mass[node]; }
 
@@ -54,7 +58,7 @@ struct ImplicitStage {
         }
     }
 
-    /// Into residual, N, and correction, A0^-1 of it. False: not finite.
+    /// Into residual, N, without ties. False: not finite.
     bool find_residual() const noexcept {
         (void)find_forces(s, s.w.stage);
         const PartialForce* extra = find_extra(s, since, s.w.stage);
@@ -74,7 +78,6 @@ struct ImplicitStage {
             s.report.first_bad_tet = measure_tets(s.model, s.w.stage, s.w.sums, 1).first_bad_tet;
             return false;
         }
-        system.factor.solve(iw.residual, iw.correction, iw.scratch);
         return true;
     }
 
@@ -131,7 +134,7 @@ struct ImplicitStage {
         }
     }
 
-    /// iw.product = A d
+    /// iw.product = A d, without ties
     void multiply(std::span<const Vec3> d) const noexcept {
         const double inertia = (1.0 / reach + s.model.material.mass_damping) / reach;
         for (std::size_t node = 0; node < d.size(); ++node) {
@@ -152,73 +155,151 @@ struct ImplicitStage {
         add_branches(d);
     }
 
-    /// iw.step = A^-1 residual, to kInner; correction holds A0^-1 of the residual. Leaves residual as it was.
+    /// To iw.before + share * iw.step.
+    void move_along(double share) const noexcept {
+        for (std::size_t node = 0; node < iw.before.size(); ++node)
+            if (per_mass(node) > 0.0) move(node, iw.before[node] + share * iw.step[node]);
+    }
+};
+
+/// Of all bodies that are advanced together: their nodes' places are the unknowns of one system.
+struct ImplicitStage {
+    std::span<const ImplicitBody> bodies;
+    std::span<const TiedBodies> ties;
+    double time, reach, since; // s
+    ImplicitWork& work;
+
+    /// visit(BodyStage)
+    template <class Visit>
+    void each(Visit&& visit) const {
+        for (const ImplicitBody& body : bodies) visit(BodyStage(body, time, reach, since));
+    }
+    /// visit(ImplicitWorkspace)
+    template <class Visit>
+    void each_workspace(Visit&& visit) const {
+        for (const ImplicitBody& body : bodies) visit(body.implicit);
+    }
+
+    using Field = std::vector<Vec3> ImplicitWorkspace::*;
+    [[nodiscard]] double product_of(Field a, Field b) const noexcept {
+        double sum = 0.0;
+        each_workspace([&](ImplicitWorkspace& iw) { sum += dot(iw.*a, iw.*b); });
+        return sum;
+    }
+    /// Not finite where one of them is not.
+    [[nodiscard]] double largest_correction() const noexcept {
+        double most = 0.0;
+        each_workspace([&](ImplicitWorkspace& iw) {
+            if (const double size = largest(iw.correction); !(size <= most)) most = size;
+        });
+        return most;
+    }
+    [[nodiscard]] double edge() const noexcept {
+        double least = bodies.front().system.edge;
+        for (const ImplicitBody& body : bodies) least = std::min(least, body.system.edge);
+        return least;
+    }
+    [[nodiscard]] TieEnds ends_of(const TiedBodies& pair) const noexcept { return {bodies[pair.body].model.plan, bodies[pair.host].model.plan}; }
+
+    void precondition(Field right) const noexcept {
+        for (const ImplicitBody& body : bodies) body.system.factor.solve(body.implicit.*right, body.implicit.correction, body.implicit.scratch);
+    }
+
+    /// Into residual, N, and correction, A0^-1 of it. False: not finite.
+    bool find_residual() const noexcept {
+        for (const ImplicitBody& body : bodies)
+            if (!BodyStage(body, time, reach, since).find_residual()) return false;
+        for (const TiedBodies& pair : ties)
+            add_tie_forces(pair.ties, ends_of(pair), bodies[pair.body].workspace.stage, bodies[pair.host].workspace.stage, bodies[pair.body].implicit.residual,
+                           bodies[pair.host].implicit.residual);
+        precondition(&ImplicitWorkspace::residual);
+        return true;
+    }
+
+    /// product = A direction
+    void multiply() const noexcept {
+        each([](const BodyStage& own) { own.multiply(own.iw.direction); });
+        for (const TiedBodies& pair : ties) {
+            ImplicitWorkspace &own = bodies[pair.body].implicit, &host = bodies[pair.host].implicit;
+            add_tie_product(pair.ties, ends_of(pair), own.direction, host.direction, own.product, host.product);
+        }
+    }
+
+    /// step = A^-1 residual, to kInner; correction holds A0^-1 of the residual. Leaves residual as it was.
     unsigned solve(double size) const noexcept {
-        for (Vec3& x : iw.step) x.setZero();
-        std::copy(iw.correction.begin(), iw.correction.end(), iw.direction.begin());
-        std::copy(iw.residual.begin(), iw.residual.end(), iw.before.begin()); // what is left
+        each_workspace([](ImplicitWorkspace& iw) {
+            for (Vec3& x : iw.step) x.setZero();
+            std::copy(iw.correction.begin(), iw.correction.end(), iw.direction.begin());
+            std::copy(iw.residual.begin(), iw.residual.end(), iw.before.begin()); // what is left
+        });
         const double wanted = kInner * kInner * size;
         double now = size;
         unsigned count = 0;
         while (count < kMostIterations && now > wanted) {
-            multiply(iw.direction);
-            const double bend = dot(iw.direction, iw.product);
+            multiply();
+            const double bend = product_of(&ImplicitWorkspace::direction, &ImplicitWorkspace::product);
             if (!(bend > 0.0) || !std::isfinite(bend)) { // no minimum along this way
-                if (count == 0) std::copy(iw.direction.begin(), iw.direction.end(), iw.step.begin());
+                if (count == 0) each_workspace([](ImplicitWorkspace& iw) { std::copy(iw.direction.begin(), iw.direction.end(), iw.step.begin()); });
                 break;
             }
             ++count;
             const double along = now / bend;
-            for (std::size_t node = 0; node < iw.step.size(); ++node) {
-                iw.step[node] += along * iw.direction[node];
-                if (per_mass(node) > 0.0) iw.before[node] -= along * iw.product[node];
-            }
-            system.factor.solve(iw.before, iw.correction, iw.scratch);
-            const double next = dot(iw.before, iw.correction), share = next / now;
+            each([&](const BodyStage& own) {
+                for (std::size_t node = 0; node < own.iw.step.size(); ++node) {
+                    own.iw.step[node] += along * own.iw.direction[node];
+                    if (own.per_mass(node) > 0.0) own.iw.before[node] -= along * own.iw.product[node];
+                }
+            });
+            precondition(&ImplicitWorkspace::before);
+            const double next = product_of(&ImplicitWorkspace::before, &ImplicitWorkspace::correction), share = next / now;
             now = next;
-            for (std::size_t node = 0; node < iw.step.size(); ++node) iw.direction[node] = iw.correction[node] + share * iw.direction[node];
+            each_workspace([&](ImplicitWorkspace& iw) {
+                for (std::size_t node = 0; node < iw.step.size(); ++node) iw.direction[node] = iw.correction[node] + share * iw.direction[node];
+            });
         }
         return count;
     }
 
-    void forget_bad() const noexcept { s.report.first_bad_node = s.report.first_bad_tet = kNoIndex; }
+    void forget_bad() const noexcept {
+        for (const ImplicitBody& body : bodies) body.advance.integrate.first_bad_node = body.advance.integrate.first_bad_tet = kNoIndex;
+    }
 
     enum class Outcome : std::uint8_t { Solved, NotFinite, Stuck };
 
-    /// w.stage holds a guess, and then where the stage ends.
-    Outcome run(ImplicitReport& report) const noexcept {
+    /// The workspaces' stages hold a guess, and then where the stage ends.
+    Outcome run() const noexcept {
         if (!find_residual()) return Outcome::NotFinite;
-        double size = dot(iw.residual, iw.correction);
-        const double small = kSolved * system.edge;
-        const double wanted = std::clamp(kShare * largest(iw.correction), kRounding * system.edge, small);
-        if (largest(iw.correction) <= kRounding * system.edge) return Outcome::Solved;
+        double size = product_of(&ImplicitWorkspace::residual, &ImplicitWorkspace::correction);
+        const double small = kSolved * edge(), rounding = kRounding * edge();
+        const double wanted = std::clamp(kShare * largest_correction(), rounding, small);
+        if (largest_correction() <= rounding) return Outcome::Solved;
         int polish = 0;
-        for (int round = 0; round < kMostNewton && report.iterations < kMostWork; ++round) {
-            const double left = largest(iw.correction);
+        for (int round = 0; round < kMostNewton && work.iterations < kMostWork; ++round) {
+            const double left = largest_correction();
             if (round > 0 && left <= wanted) return Outcome::Solved;
             if (left <= small && polish++ == kMostPolish) return Outcome::Solved;
-            ++report.newton;
-            report.iterations += solve(size);
-            for (std::size_t node = 0; node < iw.before.size(); ++node) iw.before[node] = Vec3(s.w.stage[node].x);
-            const double downhill = dot(iw.residual, iw.step);
+            ++work.newton;
+            work.iterations += solve(size);
+            for (const ImplicitBody& body : bodies)
+                for (std::size_t node = 0; node < body.implicit.before.size(); ++node) body.implicit.before[node] = Vec3(body.workspace.stage[node].x);
+            const double downhill = product_of(&ImplicitWorkspace::residual, &ImplicitWorkspace::step);
             if (!(downhill > 0.0)) return left <= small ? Outcome::Solved : Outcome::Stuck;
             double share = 1.0;
             for (int trial = 0;; ++trial) {
-                for (std::size_t node = 0; node < iw.before.size(); ++node)
-                    if (per_mass(node) > 0.0) move(node, iw.before[node] + share * iw.step[node]);
+                each([&](const BodyStage& own) { own.move_along(share); });
                 const bool finite = find_residual();
-                const double slope = finite ? dot(iw.residual, iw.step) : 0.0;
+                const double slope = finite ? product_of(&ImplicitWorkspace::residual, &ImplicitWorkspace::step) : 0.0;
                 if (finite && slope >= -kOvershoot * downhill) break;
                 if (trial == kMostTrials) {
                     forget_bad();
-                    return finite && largest(iw.correction) <= small ? Outcome::Solved : Outcome::Stuck;
+                    return finite && largest_correction() <= small ? Outcome::Solved : Outcome::Stuck;
                 }
                 share *= finite ? std::clamp(downhill / (downhill - slope), 0.1, 0.7) : 0.25;
             }
-            size = dot(iw.residual, iw.correction);
+            size = product_of(&ImplicitWorkspace::residual, &ImplicitWorkspace::correction);
             forget_bad(); // a place that was tried and not taken
         }
-        return largest(iw.correction) <= small ? Outcome::Solved : Outcome::Stuck;
+        return largest_correction() <= small ? Outcome::Solved : Outcome::Stuck;
     }
 };
 
@@ -231,76 +312,111 @@ void size_workspace(const TissueModel& model, ImplicitWorkspace& iw) {
     if (relaxation_size(model) > 0) iw.ahead.resize(model.plan.slots.size());
 }
 
-/// One sub-step of w.start over h. Not Solved: it was left as it was.
-ImplicitStage::Outcome take(const Substep& s, const ImplicitSystem& system, ImplicitWorkspace& iw, double h, ImplicitReport& report) noexcept {
-    const double reach = kStageShare * h;
-    const auto begin = [&](double at, auto&& known) { // at: s, of the stage's end
-        for (std::size_t node = 0; node < iw.known.size(); ++node) {
-            const NodeRecord& from = s.w.start[node];
-            NodeRecord& to = s.w.stage[node];
-            iw.known[node] = {};
-            for (int axis = 0; axis < 3; ++axis) known(node, axis);
-            const bool free = s.model.plan.inv_mass[node] > 0.0;
-            for (int axis = 0; axis < 3; ++axis) {
-                const double v = free ? to.v[axis] : from.v[axis];
-                to.x[axis] = free ? iw.known[node].x[axis] + reach * v : from.x[axis] + at * v;
-                to.v[axis] = v;
-            }
+/// known(node, axis): where the stage begins from; at: s, of its end.
+template <class Known>
+void begin_stage(const BodyStage& own, double at, Known&& known) noexcept {
+    for (std::size_t node = 0; node < own.iw.known.size(); ++node) {
+        const NodeRecord& from = own.s.w.start[node];
+        NodeRecord& to = own.s.w.stage[node];
+        own.iw.known[node] = {};
+        for (int axis = 0; axis < 3; ++axis) known(node, axis);
+        const bool free = own.per_mass(node) > 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double v = free ? to.v[axis] : from.v[axis];
+            to.x[axis] = free ? own.iw.known[node].x[axis] + own.reach * v : from.x[axis] + at * v;
+            to.v[axis] = v;
         }
-    };
-    begin(reach, [&](std::size_t node, int axis) {
-        const NodeRecord& from = s.w.start[node];
-        iw.known[node].x[axis] = from.x[axis];
-        iw.known[node].v[axis] = s.w.stage[node].v[axis] = from.v[axis];
+    }
+}
+
+void begin_first(const BodyStage& own) noexcept {
+    begin_stage(own, own.since, [&](std::size_t node, int axis) {
+        const NodeRecord& from = own.s.w.start[node];
+        own.iw.known[node].x[axis] = from.x[axis];
+        own.iw.known[node].v[axis] = own.s.w.stage[node].v[axis] = from.v[axis];
     });
-    const ImplicitStage first{s, system, iw, reach, reach};
-    if (const ImplicitStage::Outcome outcome = first.run(report); outcome != ImplicitStage::Outcome::Solved) return outcome;
-    begin(h, [&](std::size_t node, int axis) {
-        const NodeRecord& from = s.w.start[node];
-        const double v = s.w.stage[node].v[axis];
-        iw.known[node].x[axis] = from.x[axis] + (1.0 - kStageShare) * h * v;
-        iw.known[node].v[axis] = from.v[axis] + (1.0 - kStageShare) / kStageShare * (v - from.v[axis]);
+}
+
+/// From where the first one ended, of a sub-step of own.since.
+void begin_second(const BodyStage& own) noexcept {
+    begin_stage(own, own.since, [&](std::size_t node, int axis) {
+        const NodeRecord& from = own.s.w.start[node];
+        const double v = own.s.w.stage[node].v[axis];
+        own.iw.known[node].x[axis] = from.x[axis] + (1.0 - kStageShare) * own.since * v;
+        own.iw.known[node].v[axis] = from.v[axis] + (1.0 - kStageShare) / kStageShare * (v - from.v[axis]);
     });
-    const ImplicitStage second{s, system, iw, reach, h};
-    if (const ImplicitStage::Outcome outcome = second.run(report); outcome != ImplicitStage::Outcome::Solved) return outcome;
-    std::swap(s.w.start, s.w.stage);
-    follow_relaxation(s.model, s.w, h);
+}
+
+/// One sub-step of the workspaces' starts over h. Not Solved: they were left as they were.
+ImplicitStage::Outcome take(std::span<const ImplicitBody> bodies, std::span<const TiedBodies> ties, double time, double h, ImplicitWork& work) noexcept {
+    const double reach = kStageShare * h;
+    const ImplicitStage first{bodies, ties, time, reach, reach, work};
+    first.each(begin_first);
+    if (const ImplicitStage::Outcome outcome = first.run(); outcome != ImplicitStage::Outcome::Solved) return outcome;
+    const ImplicitStage second{bodies, ties, time, reach, h, work};
+    second.each(begin_second);
+    if (const ImplicitStage::Outcome outcome = second.run(); outcome != ImplicitStage::Outcome::Solved) return outcome;
+    for (const ImplicitBody& body : bodies) {
+        std::swap(body.workspace.start, body.workspace.stage);
+        follow_relaxation(body.model, body.workspace, h);
+    }
     return ImplicitStage::Outcome::Solved;
+}
+
+bool all_finite(std::span<const ImplicitBody> bodies) noexcept {
+    return std::all_of(bodies.begin(), bodies.end(), [](const ImplicitBody& body) { return body.advance.integrate.finite(); });
 }
 
 } // namespace
 
-ImplicitReport advance_implicitly(const TissueModel& model, const ImplicitSystem& system, TissueState& state, double step, unsigned substeps,
-                                  const IntegrateInputs& inputs, RkWorkspace& w, ImplicitWorkspace& iw) {
-    ImplicitReport report;
-    AdvanceReport& advance = report.advance;
-    begin_substeps(model, state, step, inputs, w, advance.integrate);
-    size_workspace(model, iw);
+ImplicitWork advance_implicitly(std::span<const ImplicitBody> bodies, std::span<const TiedBodies> ties, double step, unsigned substeps) {
+    ImplicitWork work;
+    for (const ImplicitBody& body : bodies) {
+        body.advance = {};
+        begin_substeps(body.model, body.state, step, body.inputs, body.workspace, body.advance.integrate);
+        size_workspace(body.model, body.implicit);
+    }
     const double whole = step / substeps, shortest = whole / kMostParts;
     double time = 0.0, h = whole;
-    while (advance.integrate.finite() && step - time > 1e-12 * step) {
+    while (all_finite(bodies) && step - time > 1e-12 * step) {
         h = std::min(h, step - time);
-        const ImplicitStage::Outcome outcome = take({model, inputs, w, nullptr, advance.integrate, time}, system, iw, h, report);
+        const ImplicitStage::Outcome outcome = take(bodies, ties, time, h, work);
         if (outcome == ImplicitStage::Outcome::Solved) {
-            ++advance.integrate.substeps_done;
-            advance.last_substep = h;
-            if (advance.tightest.step == 0.0 || h < advance.tightest.step) advance.tightest.step = h;
+            for (const ImplicitBody& body : bodies) {
+                ++body.advance.integrate.substeps_done;
+                body.advance.last_substep = h;
+                if (body.advance.tightest.step == 0.0 || h < body.advance.tightest.step) body.advance.tightest.step = h;
+            }
             time = step - time - h > 1e-9 * step ? time + h : step;
             h = std::min(2.0 * h, whole);
             continue;
         }
-        if (h <= 1.5 * shortest || report.iterations >= kMostWork) {
-            if (outcome == ImplicitStage::Outcome::Stuck) report.unsolved = largest(iw.correction);
-            advance.refused = outcome == ImplicitStage::Outcome::Stuck;
-            advance.last_substep = h;
+        if (h <= 1.5 * shortest || work.iterations >= kMostWork) {
+            for (const ImplicitBody& body : bodies) {
+                if (outcome == ImplicitStage::Outcome::Stuck) work.unsolved = std::max(work.unsolved, largest(body.implicit.correction));
+                body.advance.refused = outcome == ImplicitStage::Outcome::Stuck;
+                body.advance.last_substep = h;
+            }
             break;
         }
-        advance.integrate.first_bad_node = advance.integrate.first_bad_tet = kNoIndex;
-        ++advance.rejected;
+        for (const ImplicitBody& body : bodies) {
+            body.advance.integrate.first_bad_node = body.advance.integrate.first_bad_tet = kNoIndex;
+            ++body.advance.rejected;
+        }
         h *= 0.5;
     }
-    advance.time_done = time;
-    finish_substeps(model, state, inputs, time == step, w, advance.integrate);
+    for (const ImplicitBody& body : bodies) {
+        body.advance.time_done = time;
+        finish_substeps(body.model, body.state, body.inputs, time == step, body.workspace, body.advance.integrate);
+    }
+    return work;
+}
+
+ImplicitReport advance_implicitly(const TissueModel& model, const ImplicitSystem& system, TissueState& state, double step, unsigned substeps,
+                                  const IntegrateInputs& inputs, RkWorkspace& workspace, ImplicitWorkspace& implicit) {
+    ImplicitReport report;
+    const ImplicitBody body{model, system, state, inputs, workspace, implicit, report.advance};
+    static_cast<ImplicitWork&>(report) = advance_implicitly(std::span(&body, 1), {}, step, substeps);
     return report;
 }
 

@@ -87,6 +87,24 @@ void add_columns(const TissueModel& model, TetKernel kernel, double scale, std::
         }
 }
 
+Mat3& block_at(BlockMatrix& matrix, Index row, Index column) {
+    const std::span<const Index> columns = row_of(matrix, row);
+    return matrix.block[matrix.row_begin[row] + static_cast<std::size_t>(std::lower_bound(columns.begin(), columns.end(), column) - columns.begin())];
+}
+
+void add_ties(const ForcePlan& plan, const TieLoad& load, BlockMatrix& matrix) {
+    for (const Tie& tie : load.ties) {
+        if (!load.hosts) {
+            const Index record = plan.record_of[tie.node];
+            block_at(matrix, record, record) += tie.stiffness * Mat3::Identity();
+            continue;
+        }
+        for (std::size_t i = 0; i < 4; ++i) // corners of one tetrahedron are neighbours
+            for (std::size_t j = 0; j < 4; ++j)
+                block_at(matrix, plan.record_of[tie.host[i]], plan.record_of[tie.host[j]]) += tie.stiffness * tie.weight[i] * tie.weight[j] * Mat3::Identity();
+    }
+}
+
 void hold_pinned(const ForcePlan& plan, BlockMatrix& matrix) {
     for (std::size_t row = 0; row < matrix.row_count(); ++row)
         for (Index k = matrix.row_begin[row]; k < matrix.row_begin[row + 1]; ++k) {
@@ -100,7 +118,7 @@ void hold_pinned(const ForcePlan& plan, BlockMatrix& matrix) {
 
 } // namespace
 
-Result<ImplicitSystem> make_implicit_system(const TissueModel& model, double step) {
+Result<ImplicitSystem> make_implicit_system(const TissueModel& model, double step, std::span<const TieLoad> ties) {
     if (model.node_count() > kMostImplicitNodes) {
         std::string message = "found ";
         message += std::to_string(model.node_count());
@@ -118,6 +136,7 @@ Result<ImplicitSystem> make_implicit_system(const TissueModel& model, double ste
         for (Index k = matrix.row_begin[row]; k < matrix.row_begin[row + 1]; ++k)
             if (matrix.column[k] == row && model.plan.inv_mass[row] > 0.0)
                 matrix.block[k] += (1.0 / reach + model.material.mass_damping) / (reach * model.plan.inv_mass[row]) * Mat3::Identity();
+    for (const TieLoad& load : ties) add_ties(model.plan, load, matrix);
     hold_pinned(model.plan, matrix);
     std::optional<BlockFactor> factor = make_block_factor(matrix);
     if (!factor)

@@ -5,6 +5,7 @@
 
 #include "base/result.hpp"
 #include "fem/tissue/block_factor.hpp"
+#include "fem/tissue/ties.hpp"
 #include "fem/tissue/tissue.hpp"
 
 namespace trocar::fem {
@@ -21,7 +22,13 @@ struct ImplicitSystem {
     double edge = 0.0;        // m, of a regular tetrahedron of the mean volume
 };
 
+/// What ties add to a body's matrix: the stiffness of its own end, as if the other were fixed.
+struct TieLoad {
+    std::span<const Tie> ties;
+    bool hosts = false; // of the body whose tetrahedra the points lie in, not of the nodes
+};
+
 /// step: s, of one sub-step. Fails with BadValue where the body has more than kMostImplicitNodes.
-[[nodiscard]] Result<ImplicitSystem> make_implicit_system(const TissueModel& model, double step);
+[[nodiscard]] Result<ImplicitSystem> make_implicit_system(const TissueModel& model, double step, std::span<const TieLoad> ties = {});
 
 } // namespace trocar::fem

@@ -30,6 +30,7 @@ struct ContactSpring {
 struct ContactSprings {
     std::vector<ContactSpring> springs;
     std::vector<SpringEntry> entries;
+    std::span<const double> tied; // [node_count] 1/s^2, by record: what ties to other bodies add to a stable step's bound (ties.hpp); empty: none
 
     void clear() noexcept {
         springs.clear();

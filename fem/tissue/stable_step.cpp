@@ -80,7 +80,10 @@ std::span<const SpringEntry> entries_of(const ContactSprings& springs, const Con
 }
 
 SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, StableStepWorkspace& w) noexcept {
-    for (std::size_t node = 0; node < w.row.size(); ++node) w.row[node] = w.damping_row[node] = 0.0;
+    for (std::size_t node = 0; node < w.row.size(); ++node) {
+        w.row[node] = springs.tied.empty() ? 0.0 : springs.tied[node];
+        w.damping_row[node] = 0.0;
+    }
     for (const ContactSpring& spring : springs.springs) {
         const std::span<const SpringEntry> entries = entries_of(springs, spring);
         const double reach = find_reach(plan, entries, w);

@@ -20,11 +20,15 @@ const EffectDescriptor elasticity{
         }
         const bool on = scene.effects.elasticity;
         if (bodies == 0) return {false, kNothingDeforms};
-        std::size_t implicit = 0;
-        for (const BodyModel& body : model.bodies) implicit += body.implicit.has_value();
+        std::size_t implicit = 0, joined = 0;
+        for (const BodyModel& body : model.bodies) {
+            implicit += body.implicit.has_value();
+            joined += !body.tied.empty() && !body.implicit;
+        }
         std::string integrator = model.integrator == fem::Integrator::Rk4 ? "Runge-Kutta 4" : "leapfrog";
         if (implicit == bodies) integrator = "implicit";
         if (implicit > 0 && implicit < bodies) integrator += fmt::format(", {} of them implicit", implicit);
+        if (joined > 0 && model.integrator == fem::Integrator::Rk4) integrator += fmt::format(", {} of them joined and by leapfrog", joined);
         return {on, listed(on, fmt::format("{} bodies, {} tetrahedra, {}", bodies, tets, integrator))};
     },
     .scale = [](EffectSet& live, double share) { live.elasticity = live.elasticity && share > 0.0; },

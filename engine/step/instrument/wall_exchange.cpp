@@ -48,15 +48,27 @@ struct NodeShares {
 
 bool are_of_one_side(const fem::RodPlane& a, const fem::RodPlane& b) noexcept { return a.node == b.node && a.weight == b.weight && a.side == b.side; }
 
-/// m; where a wall's place is going by its nodes' inertia alone.
-Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& press, const State& state) {
+/// m/s; the mean of what holds a wall's body, or else the organ that it is joined to: what stiffness takes a node back to moves so.
+Vec3 find_held_velocity(const SceneModel& model, std::size_t lumen, const State& state) {
+    const std::size_t body = *model.bodies[lumen].host_body;
+    const bool by_organ = model.bodies[body].joint && model.bodies[body].tissue->pinned.empty();
+    const std::size_t host = by_organ ? model.bodies[body].joint->host : body;
+    const std::vector<Index>& pinned = model.bodies[host].tissue->pinned;
+    Vec3 sum = Vec3::Zero();
+    for (const Index node : pinned) sum += state.bodies[host].tissue.velocity[node];
+    return pinned.empty() ? sum : Vec3(sum / static_cast<double>(pinned.size()));
+}
+
+/// m; where a wall's place is going by itself: with what holds its body, and by its nodes' inertia beside that. held: m/s
+Vec3 find_coming(const SceneModel& model, std::size_t lumen, const WallPress& press, const Vec3& held, const State& state) {
     const BodyModel& wall = model.bodies[lumen];
     const BodyModel& host = model.bodies[*wall.host_body];
     const std::vector<Vec3>& velocity = state.bodies[*wall.host_body].tissue.velocity;
     Vec3 coming = Vec3::Zero();
     for_each_node(wall, press, [&](Index node, double weight) {
         const double inertia = 2.0 * host.tissue->node_mass[node] / (model.step_s * model.step_s); // N/m
-        coming += weight * inertia * host.node_give[node] * model.step_s * velocity[node];
+        const Vec3 beside = velocity[node] - held;
+        coming += weight * model.step_s * (held + inertia * host.node_give[node] * beside);
     });
     return coming;
 }
@@ -121,13 +133,14 @@ void find_pushes(const SceneModel& model, const State& state, RodsScratch& rods)
         std::vector<double>& count = rods.walls[model.instruments[i].lumen].node_presses;
         count.resize(model.bodies[*wall.host_body].node_give.size(), 0.0);
         const InstrumentState& now = state.instruments[i];
+        const Vec3 held = find_held_velocity(model, model.instruments[i].lumen, state);
         WallPush push;
         EarlierDrag earlier(rods.instruments[i]);
         for (std::size_t k = 0; k < now.planes.size();) {
             k = find_push(now, k, earlier, push);
             for (std::size_t at = 0; at < push.press_count; ++at) {
                 for_each_node(wall, push.press[at], [&](Index node, double weight) { count[node] += push.share[at] * std::abs(weight); });
-                push.coming += push.share[at] * find_coming(model, model.instruments[i].lumen, push.press[at], state);
+                push.coming += push.share[at] * find_coming(model, model.instruments[i].lumen, push.press[at], held, state);
             }
             if (push.press_count == 0) continue;
             rods.instruments[i].pushes.push_back(push); // reserved
@@ -202,10 +215,11 @@ void move_planes(const SceneModel& model, State& state) {
         const std::size_t lumen = model.instruments[i].lumen;
         InstrumentState& now = state.instruments[i];
         if (!model.bodies[lumen].host_body) continue;
+        const Vec3 held = find_held_velocity(model, lumen, state);
         std::size_t kept = 0;
         for (std::size_t k = 0; k < now.planes.size(); ++k) {
             if (!(now.presses[k].give > 0.0)) continue;
-            now.planes[k].offset += now.planes[k].normal.dot(find_coming(model, lumen, now.presses[k], state));
+            now.planes[k].offset += now.planes[k].normal.dot(find_coming(model, lumen, now.presses[k], held, state));
             now.planes[kept] = now.planes[k];
             now.presses[kept++] = now.presses[k];
         }

@@ -9,7 +9,8 @@
 //   the tissue's step      feels -f - k (v - u) at its end, v: the way of the wall in this step; from -felt on, linearly; along f it pushes and never pulls
 //   the rod's last solve   before the wall where it is now: u = (felt - f) / k, and felt is what the tissue felt last
 //
-// w is the way that the wall goes by inertia, its velocity over the step by inertia's share of k. At rest f = felt whatever k is: k decides how
+// w is the way that the wall goes by itself: that of what holds its body (a breath, say), and of its velocity beside that the step's way by inertia's share
+// of k. At rest f = felt whatever k is: k decides how
 // fast both agree, not on what. It is the wall's own stiffness at the place over the step (BodyModel::node_give), shared out among the places
 // that press on the same nodes. Where the rod is softer than that the planes do not give, u = w (RodPlane::give = 0).
 //
@@ -29,7 +30,7 @@ namespace trocar::engine {
 [[nodiscard]] double find_exact_give(const SceneModel& model, std::size_t lumen, const WallPress& press, const Vec3& normal, const State& state,
                                      const RodsScratch& rods);
 
-/// Planes of the last step to where their walls go by inertia, for the look ahead; without those that do not give: forces of a rod between rigid
+/// Planes of the last step to where their walls go by themselves, for the look ahead; without those that do not give: forces of a rod between rigid
 /// planes are not the tissue's.
 void move_planes(const SceneModel& model, State& state);
 

@@ -4,12 +4,14 @@
 // converge, explicit ones after all). Contacts that pressed at the end of the last step, and those that
 // the bodies' free motion would pass, join bodies to islands; an island is put back to the step's start and advanced with one sub-step for
 // all of its bodies, and impulses between them (fem::TissueLockstep, ContactSolver). An island in which nothing pressed after all keeps
-// the free motion: what touches nothing moves as without contact, to the bit.
+// the free motion: what touches nothing moves as without contact, to the bit. A wall and the organ that it is joined to are one island from the start;
+// without contact they take one implicit step together, where they are advanced so.
 #include "engine/step/tissue/tissue_stage.hpp"
 
 #include "engine/effects/call.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/prepare/scripted_motion.hpp"
+#include "engine/step/tissue/wall_ties.hpp"
 #include "fem/tissue/integrate.hpp"
 
 #include <fmt/format.h>
@@ -59,7 +61,7 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
     if (done.refused) {
         const bool by_contact = done.tightest.omega_max > 2.0 * done.tightest.tissue_omega;
         return fmt::format("{}: {}the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
-                           body.implicit ? "an implicit step does not converge, and of explicit ones " : "", done.tightest.step, model.max_substeps, model.step_s,
+                           done.instead ? "an implicit step does not converge, and of explicit ones " : "", done.tightest.step, model.max_substeps, model.step_s,
                            by_contact
                                ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
                                              "contact.solid_stiffness), or a coarser coarse mesh")
@@ -93,6 +95,7 @@ void load_body(const EffectStep& step, std::size_t body, State& state, TissueScr
     step.counts.note(effects::elasticity);
     find_loads(step, body, state, scratch, scratch.inputs);
     const fem::ContactSprings& contact = scratch.contact;
+    scratch.contact.tied = scratch.springs.tied = step.model.bodies[body].tied;
     scratch.inputs.springs = scratch.springs.springs.empty() ? &contact : &scratch.springs;
     if (!scratch.springs.springs.empty()) fem::append_springs(contact, scratch.springs);
 }
@@ -130,11 +133,55 @@ struct Stage {
     [[nodiscard]] bool is_tissue(std::size_t i) const noexcept { return model.bodies[i].motion == Motion::Deformable; }
 };
 
-/// Bodies by themselves.
+Index find_root(std::vector<IslandBody>& bodies, Index i) noexcept {
+    while (bodies[i].parent != i) i = bodies[i].parent = bodies[bodies[i].parent].parent;
+    return i;
+}
+
+/// Ascending, into islands.members.
+void list_members(IslandsScratch& islands, Index root) {
+    islands.members.clear();
+    for (Index i = root; i < islands.body.size(); ++i)
+        if (find_root(islands.body, i) == root) islands.members.push_back(i);
+}
+
+/// Bodies with ties to one another, of which nothing else is joined: an implicit step of them all. Where it does not converge, and where they are
+/// advanced explicitly, they become an island.
+void integrate_joined(const Stage& s, Index root) {
+    IslandsScratch& islands = s.bodies.islands;
+    list_members(islands, root);
+    const bool implicit = s.model.bodies[root].implicit.has_value();
+    if (implicit) {
+        islands.implicit.clear();
+        for (const std::size_t i : islands.members) {
+            TissueScratch& scratch = s.bodies.tissue[i];
+            load_body(s.effects(), i, s.state, scratch);
+            const BodyModel& body = s.model.bodies[i];
+            islands.implicit.push_back({*body.tissue, *body.implicit, s.state.bodies[i].tissue, scratch.inputs, scratch.rk, scratch.implicit, scratch.advanced});
+        }
+        list_ties(s.model, islands.members, islands.ties);
+        (void)fem::advance_implicitly(islands.implicit, islands.ties, s.model.step_s, std::max(1u, s.model.fixed_substeps));
+        const auto went_well = [&](std::size_t i) { return !s.bodies.tissue[i].advanced.refused && s.bodies.tissue[i].advanced.integrate.finite(); };
+        if (std::all_of(islands.members.begin(), islands.members.end(), went_well)) return;
+    }
+    for (const std::size_t i : islands.members) {
+        islands.body[i].is_free = false;
+        islands.body[i].is_new = true;
+        islands.body[i].is_instead = implicit;
+    }
+}
+
+/// Bodies that no contact joins.
 void integrate_free(const Stage& s) {
-    const auto is_free = [&](std::size_t i) { return s.is_tissue(i) && s.bodies.islands.body[i].is_free; };
-    for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
-        if (is_free(i)) integrate_body(s.effects(), i, s.bodies.start[i].tissue, s.state, s.bodies.tissue[i]);
+    std::vector<IslandBody>& bodies = s.bodies.islands.body;
+    const auto is_joined = [&](std::size_t i) { return !s.model.bodies[i].tied.empty(); };
+    for (Index i = 0; i < s.model.bodies.size(); ++i) {
+        if (!s.is_tissue(i) || !bodies[i].is_free) continue;
+        if (!is_joined(i))
+            integrate_body(s.effects(), i, s.bodies.start[i].tissue, s.state, s.bodies.tissue[i]);
+        else if (find_root(bodies, i) == i)
+            integrate_joined(s, i);
+    }
 }
 
 /// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
@@ -171,20 +218,23 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
                 s.bodies.tissue[members[k]].advanced = islands.lockstep[k].finish(false, stopped && stable > 0.0);
             return false;
         }
+        kick_ties(islands.ties, kick, islands.lockstep);
         for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
-        const double substeps_left = arrived ? 1.0 : 1.0 + std::ceil(left / h);
-        const std::uint64_t places = std::max<std::uint64_t>(1, contact.solved.size());
-        islands.solver.limit_rows(s.rows.left() / static_cast<std::uint64_t>(substeps_left));
-        s.budget.begin_rows(places, islands.solver.holds_wholes());
-        const ContactSolve solve =
-            arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
-        s.budget.end_rows(solve.relaxed);
-        (void)s.rows.spend(std::min(s.rows.left(), solve.relaxed));
-        trust = solve.converged ? 1.0 : kDistrust;
-        s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
-        s.report.contact_iterations += solve.iterations;
-        s.report.contact_unconverged += !solve.converged;
-        if (kick > 0.0) s.report.contact_residual_n = std::max(s.report.contact_residual_n, solve.residual / kick);
+        if (!contact.solved.empty()) {
+            const double substeps_left = arrived ? 1.0 : 1.0 + std::ceil(left / h);
+            const std::uint64_t places = std::max<std::uint64_t>(1, contact.solved.size());
+            islands.solver.limit_rows(s.rows.left() / static_cast<std::uint64_t>(substeps_left));
+            s.budget.begin_rows(places, islands.solver.holds_wholes());
+            const ContactSolve solve =
+                arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
+            s.budget.end_rows(solve.relaxed);
+            (void)s.rows.spend(std::min(s.rows.left(), solve.relaxed));
+            trust = solve.converged ? 1.0 : kDistrust;
+            s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
+            s.report.contact_iterations += solve.iterations;
+            s.report.contact_unconverged += !solve.converged;
+            if (kick > 0.0) s.report.contact_residual_n = std::max(s.report.contact_residual_n, solve.residual / kick);
+        }
         if (arrived) break;
         for (fem::TissueLockstep& body : islands.lockstep) body.drift(h);
         time = left > 1.5 * h ? time + h : step;
@@ -230,8 +280,11 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
         islands.lockstep.emplace_back(*s.model.bodies[i].tissue, s.state.bodies[i].tissue, s.model.step_s, scratch.inputs,
                                       fem::SubstepLimits{}, scratch.rk, s.state.bodies[i].stable);
     }
+    list_ties(s.model, members, islands.ties);
     islands.solver.begin(s.bodies.contact.solved, s.bodies.contact.bodies);
-    if (!advance_side_by_side(s, members)) return;
+    const bool advanced = advance_side_by_side(s, members);
+    for (const std::size_t i : members) s.bodies.tissue[i].advanced.instead = islands.body[i].is_instead;
+    if (!advanced) return;
     bool pushed = false;
     for (std::size_t k = 0; k < s.bodies.contact.solved.size(); ++k) {
         const ContactRow& row = s.bodies.contact.solved[k];
@@ -240,17 +293,12 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
         place.warm = row.last;
         pushed = pushed || !row.sum.isZero(0.0);
     }
-    if (pushed) return;
+    const auto has_free_end = [&](std::size_t i) { return islands.body[i].has_free_end; };
+    if (pushed || !std::all_of(members.begin(), members.end(), has_free_end)) return;
     for (const std::size_t i : members) { // nothing touched: each as by itself, to the bit
-        if (!islands.body[i].has_free_end) return;
         s.state.bodies[i].tissue = islands.body[i].free_end;
         s.bodies.tissue[i].advanced = islands.body[i].free_advanced;
     }
-}
-
-Index find_root(std::vector<IslandBody>& bodies, Index i) noexcept {
-    while (bodies[i].parent != i) i = bodies[i].parent = bodies[bodies[i].parent].parent;
-    return i;
 }
 
 /// Joins what the contact joins, and marks it to be integrated.
@@ -258,7 +306,9 @@ void join(const ContactRow& row, std::vector<IslandBody>& bodies) noexcept {
     const Index a = static_cast<Index>(row.a.gives() ? row.a.owner : row.b.owner), b = static_cast<Index>(row.b.gives() ? row.b.owner : a);
     const Index low = std::min(find_root(bodies, a), find_root(bodies, b)), high = std::max(find_root(bodies, a), find_root(bodies, b));
     bodies[high].parent = low;
-    for (const Index i : {a, b}) bodies[i].is_free = false, bodies[i].is_new = true;
+    for (const Index i : {a, b}) bodies[i].is_new = true;
+    for (Index i = low; i < bodies.size(); ++i) // and what ties join to them
+        if (find_root(bodies, i) == low) bodies[i].is_free = false;
 }
 
 /// All islands of which a body is new.
@@ -266,13 +316,8 @@ void integrate_islands(const Stage& s) {
     IslandsScratch& islands = s.bodies.islands;
     for (Index root = 0; root < islands.body.size(); ++root) {
         if (islands.body[root].is_free || find_root(islands.body, root) != root) continue;
-        islands.members.clear();
-        bool is_new = false;
-        for (Index i = root; i < islands.body.size(); ++i)
-            if (find_root(islands.body, i) == root) {
-                islands.members.push_back(i);
-                is_new = is_new || islands.body[i].is_new;
-            }
+        list_members(islands, root);
+        const bool is_new = std::any_of(islands.members.begin(), islands.members.end(), [&](std::size_t i) { return islands.body[i].is_new; });
         for (const std::size_t i : islands.members) islands.body[i].is_new = false;
         if (is_new) integrate_island(s, islands.members);
     }
@@ -306,8 +351,13 @@ void begin_islands(const Stage& s) {
     for (Index i = 0; i < islands.body.size(); ++i) {
         islands.body[i].parent = i;
         islands.body[i].is_free = true;
-        islands.body[i].is_new = islands.body[i].has_free_end = false;
+        islands.body[i].is_new = islands.body[i].has_free_end = islands.body[i].is_instead = false;
     }
+    for (Index i = 0; i < islands.body.size(); ++i)
+        if (const std::optional<WallJoint>& joint = s.model.bodies[i].joint) {
+            const Index a = find_root(islands.body, i), b = find_root(islands.body, static_cast<Index>(joint->host));
+            islands.body[std::max(a, b)].parent = std::min(a, b);
+        }
     for (std::size_t k = 0; k < s.bodies.contact.rows.size(); ++k) {
         SolidContact& place = s.state.solids.contacts[k];
         place.touch.force.setZero();
@@ -318,14 +368,22 @@ void begin_islands(const Stage& s) {
     }
 }
 
+void keep_free_end(const Stage& s, std::size_t i) {
+    IslandBody& body = s.bodies.islands.body[i];
+    body.has_free_end = true;
+    body.free_end = s.state.bodies[i].tissue;
+    body.free_advanced = s.bodies.tissue[i].advanced;
+}
+
+/// Of what contact may still join to others, with what ties join to it.
 void keep_free_ends(const Stage& s) {
+    std::vector<IslandBody>& bodies = s.bodies.islands.body;
     for (const ContactRow& row : s.bodies.contact.rows)
         for (const ContactSide* side : {&row.a, &row.b}) {
-            IslandBody& body = s.bodies.islands.body[side->owner];
-            if (!side->gives() || !body.is_free || body.has_free_end) continue;
-            body.has_free_end = true;
-            body.free_end = s.state.bodies[side->owner].tissue;
-            body.free_advanced = s.bodies.tissue[side->owner].advanced;
+            if (!side->gives() || !bodies[side->owner].is_free || bodies[side->owner].has_free_end) continue;
+            const Index root = find_root(bodies, static_cast<Index>(side->owner));
+            for (Index i = root; i < bodies.size(); ++i)
+                if (find_root(bodies, i) == root) keep_free_end(s, i);
         }
 }
 
@@ -357,6 +415,7 @@ void integrate_bodies(const SceneModel& model, const EffectSet& live, State& sta
     report_contact(state, report);
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (stage.is_tissue(i)) report.tet_evaluations += bodies.tissue[i].rk.evaluations * model.bodies[i].tissue->tet_count();
+    report.elastic_j += tie_energy(model, state);
     for (std::size_t i = 0; i < model.bodies.size() && report.finite; ++i)
         if (stage.is_tissue(i)) report_body(model, model.bodies[i], bodies.tissue[i].advanced, report);
 }

@@ -30,8 +30,9 @@ struct TissueScratch {
 /// A body among those that contact joins in this step.
 struct IslandBody {
     Index parent = 0;          // union-find: towards the lowest body of its island
-    bool is_free = true;       // nothing joins it
+    bool is_free = true;       // no contact joins it
     bool is_new = false;       // its island has grown since it was integrated
+    bool is_instead = false;   // it is in one because implicit steps did not converge
     bool has_free_end = false; // the next two are of this step
     fem::TissueState free_end; // where it came by itself
     fem::AdvanceReport free_advanced;
@@ -42,6 +43,8 @@ struct IslandsScratch {
     std::vector<std::uint8_t> joined;         // [contacts] presses, or would
     std::vector<std::size_t> members;         // of the island in hand
     std::vector<fem::TissueLockstep> lockstep; // [members]
+    std::vector<fem::ImplicitBody> implicit;   // [members] of bodies that are joined, without contact
+    std::vector<fem::TiedBodies> ties;         // among the members
     ContactSolver solver;
 };
 
