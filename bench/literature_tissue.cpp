@@ -80,7 +80,7 @@ void press_and_swell(std::vector<LiteratureRow>& rows, bool quick) {
                                         "Lame 1852", 1.0, edges);
         wall.size_name = "triangles' edges around";
         wall.stated = 48.0;
-        fill(rows, std::move(wall), [nu](Index around) { return fem::shell_ratio(around, 1, nu); });
+        fill(rows, std::move(wall), [nu](Index around) { return fem::shell_ratio(around, 1, nu, fem::TetElements::Prisms); });
     }
     fill_ratios(rows, "artery's ring under pressure, radii 1 and 1.4", "bore's widening over Lame's", "Lame 1852, plane stress", {0.3, 0.49}, sizes,
                 fem::ring_ratio);

@@ -49,7 +49,7 @@ void tell_material(const Scene& scene, const SceneBody& body, const fem::Materia
     const bool fibres = m.law == fem::MaterialLaw::Hgo;
     text += fmt::format("  {:<15} {}{}: Young's modulus {}, Poisson's ratio {:.4g} at small strain{}; {} tetrahedra\n", "",
                         kNames[static_cast<std::size_t>(m.law)], body.preset.empty() ? "" : fmt::format(" ({})", body.preset),
-                        unit(small.young_modulus()), m.poisson_ratio, fibres ? " without fibres" : "", fem::uses_patches(m) ? "patched" : "linear");
+                        unit(small.young_modulus()), m.poisson_ratio, fibres ? " without fibres" : "", m.elements == fem::TetElements::Prisms ? "prisms of" : fem::uses_patches(m) ? "patched" : "linear");
     if (m.law >= fem::MaterialLaw::MooneyRivlin)
         text += fmt::format("  {:<15} pulled{}, its tangent is {} at a stretch of 0.8, {} at 1, {} at 1.2\n", "", fibres ? " along the first fibres" : "",
                             unit(fem::find_pull_tangent(m, 0.8)), unit(fem::find_pull_tangent(m, 1.0)), unit(fem::find_pull_tangent(m, 1.2)));

@@ -159,7 +159,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
 fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     fem::Material material = body.material;
     const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
-    if (is_wall && material.elements == fem::TetElements::Automatic && material.law != fem::MaterialLaw::StVK) material.elements = fem::TetElements::Patched; // a wall bends, whatever its law
+    if (is_wall && material.elements == fem::TetElements::Automatic && material.law != fem::MaterialLaw::StVK) material.elements = fem::TetElements::Prisms; // a wall bends, whatever its law
     if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
     return material;
 }
@@ -237,7 +237,9 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
     if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
-    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, regions->contrast());
+    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
+    const auto sheet = is_wall ? static_cast<Index>(mesh->vertices.size() / (body.coarse.layers + 1)) : 0;
+    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, regions->contrast(), sheet);
     if (!tissue.ok())
         return scene_error(scene, key,
                            body.coarse.file.empty() ? tissue.error().message

@@ -16,6 +16,9 @@ namespace {
 /// Beyond this the factor takes minutes, and a step seconds.
 constexpr std::size_t kMostImplicit = 5000;
 
+/// Fewer sub-steps of a step than this are never dearer than an implicit one.
+constexpr double kManySubsteps = 100.0;
+
 /// A body of a group: what it would take to advance it explicitly.
 struct Member {
     std::size_t body = 0;
@@ -140,7 +143,7 @@ double many_substeps(const SceneModel& model, const Group& group, std::span<cons
     double below = 0.0, tets = 0.0;
     for (const fem::ImplicitSystem& system : systems) below += static_cast<double>(system.factor.below.size());
     for (const Member& member : group.members) tets += static_cast<double>(model.bodies[member.body].tissue->tet_count());
-    return std::max(100.0, 40.0 + 8.0 * below / tets);
+    return std::max(kManySubsteps, 40.0 + 8.0 * below / tets);
 }
 
 std::string names_beside(const SceneModel& model, const Group& group, const Member& own) {
@@ -154,25 +157,28 @@ std::string names_beside(const SceneModel& model, const Group& group, const Memb
 Result<bool> choose_implicit(const Scene& scene, Group& group, PreparedScene& prepared) {
     SceneModel& model = prepared.model;
     const double count = std::ceil(scene.time.step / group.stiffest().stable.step);
-    const bool asked = scene.time.integrator == TissueSteps::Implicit;
+    const bool asked = scene.time.integrator == TissueSteps::Implicit, may = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
+    const auto note = [&](const auto& text) { // text(the others of the group)
+        for (const Member& member : group.members)
+            prepared.bodies[member.body].notes.push_back(text(group.is_joined() ? " with " + names_beside(model, group, member) : ""));
+    };
+    const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
     if (asked) {
         if (const Result<void> fine = check_implicit(scene, model, group); !fine.ok()) return fine.error();
-    } else if (!(count > 100.0) || !may_be_implicit(model, group)) {
+    } else if (!(count > kManySubsteps) || !may_be_implicit(model, group)) {
+        return false;
+    } else if (!may) {
+        note([&](const std::string& with) { return fmt::format("{}{}; \"integrator\": \"implicit\" (of \"time\") takes one as a rule", many, with); });
         return false;
     }
     Result<std::vector<fem::ImplicitSystem>> systems = make_systems(scene, model, group);
     if (!systems.ok()) return systems.error();
     if (!asked) {
         if (!(count > many_substeps(model, group, *systems))) return false;
-        const bool chosen = scene.time.integrator == TissueSteps::Auto && scene.time.substeps == 0;
-        const std::string many = fmt::format("{:.0f} explicit sub-steps in a step of {:g} ms", count, 1e3 * scene.time.step);
-        for (const Member& member : group.members) {
-            const std::string with = group.is_joined() ? " with " + names_beside(model, group, member) : "";
-            prepared.bodies[member.body].notes.push_back(
-                chosen ? fmt::format("advanced implicitly{}, since there would be {}; \"integrator\": \"rk4\" (of \"time\") takes them", with, many)
-                       : fmt::format("{}{}; \"integrator\": \"implicit\" (of \"time\") takes one as a rule", many, with));
-        }
-        if (!chosen) return false;
+        const char* rule = group.is_joined() ? "leapfrog" : "rk4";
+        note([&](const std::string& with) {
+            return fmt::format("advanced implicitly{}, since there would be {}; \"integrator\": \"{}\" (of \"time\") takes them", with, many, rule);
+        });
     }
     for (std::size_t k = 0; k < group.members.size(); ++k) model.bodies[group.members[k].body].implicit = std::move((*systems)[k]);
     return true;

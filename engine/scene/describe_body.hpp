@@ -95,10 +95,12 @@ struct MaterialKeys {
             key(s.elements, choice_field<fem::TetElements>("elements",
                                                            {{"automatic", fem::TetElements::Automatic},
                                                             {"linear", fem::TetElements::Linear},
-                                                            {"patched", fem::TetElements::Patched}},
+                                                            {"patched", fem::TetElements::Patched},
+                                                            {"prisms", fem::TetElements::Prisms}},
                                                            "Linear tetrahedra, each for itself (they lock near incompressibility), or in "
                                                            "patches of eight that share a deformation gradient and do not; automatic: "
-                                                           "patched above a Poisson's ratio of 0.4, but for StVK. See docs/tissue.md.")));
+                                                           "patched above a Poisson's ratio of 0.4, but for StVK; prisms, of walls and their "
+                                                           "default, bend as shells do. See docs/tissue.md.")));
     }
 };
 static_assert(describes_all<MaterialKeys>);

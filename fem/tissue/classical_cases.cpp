@@ -22,10 +22,29 @@ constexpr double kPi = std::numbers::pi;
 using Field = std::vector<Vec3>; // [node_count]
 
 TissueModel make_body(const TetMesh& mesh, double young, double poisson_ratio, TetElements elements, const std::vector<Index>& pinned = {},
-                      double density = 1000.0) {
+                      double density = 1000.0, Index sheet = 0) {
     Material material{.law = MaterialLaw::NeoHookean, .young_modulus = young, .poisson_ratio = poisson_ratio, .density = density};
     material.elements = elements;
-    return make_tissue_model(mesh, material, pinned).value();
+    return make_tissue_model(mesh, material, pinned, {}, sheet).value();
+}
+
+TissueModel make_wall_body(const WallMesh& wall, Index layers, double poisson_ratio, TetElements elements, const std::vector<Index>& pinned = {}) {
+    return make_body(wall.tets, 1.0, poisson_ratio, elements, pinned, 1000.0, static_cast<Index>(wall.tets.vertices.size() / (layers + 1)));
+}
+
+/// Along z, open at both ends.
+TriMesh make_pipe(double radius, double length, Index around, Index rings) {
+    TriMesh pipe;
+    for (Index i = 0; i < rings; ++i)
+        for (Index j = 0; j < around; ++j)
+            pipe.vertices.push_back(Vec3(radius * std::cos(2.0 * kPi * j / around), radius * std::sin(2.0 * kPi * j / around), length * i / (rings - 1)));
+    const auto id = [around](Index i, Index j) { return i * around + j % around; };
+    for (Index i = 0; i + 1 < rings; ++i)
+        for (Index j = 0; j < around; ++j) {
+            pipe.triangles.push_back({id(i, j), id(i, j + 1), id(i + 1, j + 1)});
+            pipe.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i + 1, j)});
+        }
+    return pipe;
 }
 
 std::vector<Index> nodes_at(const TetMesh& mesh, int axis, double value) {
@@ -273,10 +292,10 @@ double artery_ratio(Index cells, double widening, TetElements elements) {
     return widening_of(tube, [&](Index node) { return Vec3(state.position[node] - model.rest_position[node]); }) / widening;
 }
 
-double shell_ratio(Index around, Index layers, double poisson_ratio) {
+double shell_ratio(Index around, Index layers, double poisson_ratio, TetElements elements) {
     const TriMesh sphere = make_octasphere(around / 4);
     const Result<WallMesh> wall = make_wall_mesh(sphere, {.thickness = 0.1, .layers = layers});
-    const TissueModel model = make_body(wall->tets, 1.0, poisson_ratio, TetElements::Patched);
+    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements);
     const Field u = solve_small_strain(model, press_out(wall->tets, sphere));
     double widened = 0.0;
     for (std::size_t v = 0; v < sphere.vertices.size(); ++v) widened += u[v].dot(sphere.vertices[v]) / static_cast<double>(sphere.vertices.size());
@@ -284,23 +303,14 @@ double shell_ratio(Index around, Index layers, double poisson_ratio) {
     return widened / (((1.0 - 2.0 * poisson_ratio) + (1.0 + poisson_ratio) * 0.5 * b3) / (b3 - 1.0));
 }
 
-double crushed_ring_ratio(Index around, Index layers, double poisson_ratio) {
+double crushed_ring_ratio(Index around, Index layers, double poisson_ratio, TetElements elements) {
     constexpr double kThick = 0.1, kMiddle = 1.0;
     constexpr Index kRings = 3;
     const double width = 2.0 * kPi / around * (kRings - 1);
-    TriMesh pipe;
-    const double bore = kMiddle - 0.5 * kThick;
-    for (Index i = 0; i < kRings; ++i)
-        for (Index j = 0; j < around; ++j)
-            pipe.vertices.push_back(Vec3(bore * std::cos(2.0 * kPi * j / around), bore * std::sin(2.0 * kPi * j / around), width * i / (kRings - 1)));
+    const TriMesh pipe = make_pipe(kMiddle - 0.5 * kThick, width, around, kRings);
     const auto id = [around](Index i, Index j) { return i * around + j % around; };
-    for (Index i = 0; i + 1 < kRings; ++i)
-        for (Index j = 0; j < around; ++j) {
-            pipe.triangles.push_back({id(i, j), id(i, j + 1), id(i + 1, j + 1)});
-            pipe.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i + 1, j)});
-        }
     const Result<WallMesh> wall = make_wall_mesh(pipe, {.thickness = kThick, .layers = layers});
-    const TissueModel model = make_body(wall->tets, 1.0, poisson_ratio, TetElements::Patched);
+    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements);
     Field force(wall->tets.vertices.size(), Vec3::Zero());
     const Index across = around / 2;
     const auto count = static_cast<Index>(pipe.vertices.size());
@@ -314,6 +324,25 @@ double crushed_ring_ratio(Index around, Index layers, double poisson_ratio) {
         for (const Index layer : {0u, layers})
             shorter += (u[layer * count + id(i, across)].x() - u[layer * count + id(i, 0)].x()) / (2.0 * kRings);
     return shorter / ((0.25 * kPi - 2.0 / kPi) * 12.0 / (width * kThick * kThick * kThick));
+}
+
+double pressed_tube_way(Index around, Index layers, double poisson_ratio, TetElements elements) {
+    constexpr double kThick = 0.2, kLong = 6.0, kWide = 0.3; // of a bore of 1
+    const auto rings = static_cast<Index>(std::lround(kLong / (2.0 * kPi / around))) / 2 * 2 + 1;
+    const TriMesh pipe = make_pipe(1.0, kLong, around, rings);
+    const Result<WallMesh> wall = make_wall_mesh(pipe, {.thickness = kThick, .layers = layers});
+    std::vector<Index> pinned = nodes_at(wall->tets, 2, 0.0);
+    for (const Index node : nodes_at(wall->tets, 2, kLong)) pinned.push_back(node);
+    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements, pinned);
+    Field force(wall->tets.vertices.size(), Vec3::Zero());
+    std::vector<double> share(pipe.vertices.size());
+    double sum = 0.0;
+    for (std::size_t v = 0; v < share.size(); ++v) sum += share[v] = std::exp(-(pipe.vertices[v] - Vec3(1.0, 0.0, 0.5 * kLong)).squaredNorm() / (kWide * kWide));
+    for (std::size_t v = 0; v < share.size(); ++v) force[v].x() = share[v] / sum;
+    const Field u = solve_small_strain(model, force);
+    double way = 0.0;
+    for (std::size_t v = 0; v < share.size(); ++v) way += share[v] / sum * u[v].x();
+    return way;
 }
 
 double torsion_ratio(Index cells_across, double poisson_ratio, TetElements elements) {

@@ -3,6 +3,7 @@
 #include "base/box.hpp"
 #include "fem/tissue/block.hpp"
 #include "fem/tissue/patches.hpp"
+#include "fem/tissue/prism_pairs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -127,10 +128,12 @@ void group_slots(ForcePlan& plan, std::span<const Index> owner) {
 } // namespace
 
 ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
-                          std::span<const double> inv_mass, bool patched) {
+                          std::span<const double> inv_mass, bool patched, Index sheet) {
     ForcePlan plan;
     std::vector<Index> order = sort_tets(tets, rest_position);
-    if (patched) {
+    if (sheet > 0) {
+        order = pair_prisms(tets, rest_position, sheet, order);
+    } else if (patched) {
         static_assert(kPatch == kMostPatchTets);
         std::vector<double> stiffness;
         for (const TetShape& shape : shapes) stiffness.push_back(shape.stiffness);

@@ -30,6 +30,15 @@ struct alignas(64) PatchShares {
     double share[kBatch];
 };
 
+/// Of walls in prisms (prisms.hpp): what each tet's gradient F_k has in what its patch feels, row-major; 0 where no tet is.
+struct alignas(64) PrismBatch {
+    double mean[9][kBatch];                       // F_k times this: of the patch's mean gradient
+    double bend[9][kBatch];                       // of the prism's bending, times the root of its share of the patch
+    double side[kBatch];                          // times the former: of the first prism's gradient less the second's
+    double volume[kBatch];                        // m^3, of the patch, times its stiffness factor
+    double hold[kBatch];                          // of LawConstants::patch: resistance to that difference
+};
+
 /// Of hgo: both fibre directions at rest, x y z x y z; of a patch the same in all its tets.
 struct alignas(64) FibreBatch {
     double axis[6][kBatch];
@@ -53,6 +62,7 @@ struct ForcePlan {
     std::vector<TetBatch> batches;
     std::vector<ForceChunk> chunks;
     std::vector<PatchShares> shares; // [batches]; empty: every tet stands for itself
+    std::vector<PrismBatch> prisms;  // [batches]; empty: patches of tets, or none
     std::vector<FibreBatch> fibres;  // [batches]; empty: a law without
     std::vector<Index> tet_of;       // [8 batches] caller's tet id
     std::vector<Index> node_of;      // [node_count] caller's id of a record
@@ -76,7 +86,8 @@ struct TetShape {
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;
 
 /// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet. patched: see patches.hpp.
+/// sheet: of a wall in prisms, nodes a sheet: patches are pairs of prisms (fill_prisms tells what they feel); 0: it is not
 [[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
-                                        std::span<const double> inv_mass, bool patched = false);
+                                        std::span<const double> inv_mass, bool patched = false, Index sheet = 0);
 
 } // namespace trocar::fem

@@ -45,6 +45,23 @@ Vec3 find_centre(const TissueModel& model, std::size_t tet) noexcept {
     return sum;
 }
 
+/// Of a pair of prisms: the difference of its two gradients, and how each of them bends.
+struct PrismParts {
+    Block<double> jump{}, bent[2]{};
+
+    void add(const PrismBatch& prism, std::size_t k, std::size_t lane, const Block<double>& gradient, Block<double>& mean) noexcept {
+        if (k >= 6) return;
+        Block<double> to_mean, to_bend;
+        for (int i = 0; i < 9; ++i) to_mean.m[i] = prism.mean[i][lane], to_bend.m[i] = prism.bend[i][lane];
+        const Block<double> part = product(gradient, to_mean), curved = product(gradient, to_bend);
+        for (int i = 0; i < 9; ++i) mean.m[i] += part.m[i], jump.m[i] += prism.side[lane] * part.m[i], bent[k / 3].m[i] += curved.m[i];
+    }
+    /// J/m^3, of the whole patch
+    [[nodiscard]] double energy(const PrismBatch& prism, std::size_t lane, const LawConstants& law) const noexcept {
+        return 0.5 * law.patch * prism.hold[lane] * contraction(jump, jump) + 0.5 * law.bend * (contraction(bent[0], bent[0]) + contraction(bent[1], bent[1]));
+    }
+};
+
 /// Patch by patch, in the plan's order.
 template <class Law, class At>
 TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
@@ -53,9 +70,11 @@ TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
     for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
         for (std::size_t lane = 0; lane < kBatch; ++lane) {
             Block<double> each[kPatch], mean{};
+            PrismParts prism;
             for (std::size_t k = 0; k < kPatch; ++k) {
                 each[k] = find_gradient(model, plan.tet_of[(first + k) * kBatch + lane], at);
-                for (int i = 0; i < 9; ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
+                if (!plan.prisms.empty()) prism.add(plan.prisms[first + k], k, lane, each[k], mean);
+                for (int i = 0; i < 9 && plan.prisms.empty(); ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
             }
             const FibreAxes fibres = find_fibres_at(model, first, lane);
             const double shared = Law::energy(model.law, mean, determinant(mean), &fibres);
@@ -64,7 +83,8 @@ TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
                 Block<double> off = each[k];
                 for (int i = 0; i < 9; ++i) off.m[i] -= mean.m[i];
                 if (!(volume > 0.0)) continue; // fillers have none
-                const double det = determinant(each[k]), own = 0.5 * model.law.patch * contraction(off, off);
+                const double det = determinant(each[k]);
+                const double own = plan.prisms.empty() ? 0.5 * model.law.patch * contraction(off, off) : prism.energy(plan.prisms[first], lane, model.law);
                 note_energy(report, det, volume * (shared + own), plan.tet_of[(first + k) * kBatch + lane]);
             }
         }

@@ -118,7 +118,7 @@ FibreAxes find_fibres(const Material& m, const Vec3& place) noexcept {
 }
 
 bool uses_patches(const Material& m) noexcept {
-    if (m.elements != TetElements::Automatic) return m.elements == TetElements::Patched;
+    if (m.elements != TetElements::Automatic) return m.elements != TetElements::Linear;
     return m.law != MaterialLaw::StVK && m.poisson_ratio > kPatchedPoissonRatio; // StVK's collapse comes sooner with them
 }
 
@@ -165,6 +165,7 @@ LawConstants make_law_constants(const Material& m) noexcept {
     law.kappa = m.kappa;
     law.fibre_limit = std::sqrt(kMostFibreExponent / m.k2);
     law.patch = kPatchShare * mu;
+    law.bend = 4.0 / 3.0 * mu * (lambda + mu) / (lambda + 2.0 * mu);
     return law;
 }
 

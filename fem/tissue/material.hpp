@@ -16,8 +16,8 @@ namespace trocar::fem {
 enum class MaterialLaw : std::uint8_t { StVK, Corotational, NeoHookean, MooneyRivlin, Ogden, Hgo };
 
 /// Linear tets, each for itself or in patches that share a deformation gradient (patches.hpp); automatic: patches above
-/// kPatchedPoissonRatio, but for StVK.
-enum class TetElements : std::uint8_t { Automatic, Linear, Patched };
+/// kPatchedPoissonRatio, but for StVK. Prisms: of walls in layers (prisms.hpp).
+enum class TetElements : std::uint8_t { Automatic, Linear, Patched, Prisms };
 
 struct Material {
     MaterialLaw law = MaterialLaw::NeoHookean;
@@ -72,6 +72,7 @@ struct LawConstants {
     int ogden_terms = 0;
     double k1 = 0.0, k2 = 1.0, kappa = 0.0, fibre_limit = 1.0; // fibre_limit: [-] strain, where the exponential ends
     double patch = 0.0;                                        // Pa. Of patched tets: resistance to what their mean does not see
+    double bend = 0.0;                                         // Pa. Of prisms: a third of young_modulus / (1 - nu^2)
 };
 
 inline constexpr double kLeastOgdenSquare = 0.09, kMostOgdenSquare = 100.0; // [-] squared stretches: OgdenLaw

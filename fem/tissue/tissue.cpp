@@ -1,5 +1,8 @@
 #include "fem/tissue/tissue.hpp"
 
+#include "fem/tissue/prism_pairs.hpp"
+#include "fem/tissue/prisms.hpp"
+
 #include "base/short_number.hpp"
 #include "fem/mesh/mesh_parts.hpp"
 
@@ -138,7 +141,8 @@ void add_fibres(TissueModel& model) {
 } // namespace
 
 Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
-                                      const TetContrast& contrast) {
+                                      const TetContrast& contrast, Index sheet) {
+    const bool prisms = material.elements == TetElements::Prisms;
     if (const auto fine = check_material(material); !fine) return fine.error();
     if (const auto fine = check_nodes(mesh); !fine) return fine.error();
     if (const auto fine = check_factors(mesh, contrast.stiffness, "stiffness"); !fine) return fine.error();
@@ -170,7 +174,10 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
                      .message = "pinned node " + std::to_string(model.pinned.back()) + " is beyond the last node, " +
                                 std::to_string(model.node_count() - 1)};
     for (const Index node : model.pinned) model.inv_mass[node] = 0.0;
-    model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass, uses_patches(material));
+    if (prisms)
+        if (const auto fine = check_prisms(model.tet_nodes, model.node_count(), sheet); !fine) return fine.error();
+    model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass, uses_patches(material), prisms ? sheet : 0);
+    if (prisms) fill_prisms(model.plan, model.tet_nodes, model.tet_shape, model.rest_position, sheet);
     if (material.law == MaterialLaw::Hgo) add_fibres(model);
     model.material.young_modulus = find_small_strain(material).young_modulus();
     return model;

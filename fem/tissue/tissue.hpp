@@ -41,9 +41,10 @@ struct TissueState {
 
 /// Checks mesh and material and precomputes the rest shape. pinned_nodes in any order, repeats allowed.
 /// Fails with BadMesh (first bad tet or node by id: not finite, out of range, repeated node, inverted, flat, node
-/// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet).
+/// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet, elements "prisms" of another mesh).
+/// sheet: of a wall in layers, nodes a sheet; of other meshes 0
 [[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
-                                                    const TetContrast& contrast = {});
+                                                    const TetContrast& contrast = {}, Index sheet = 0);
 
 /// Of a tet of hgo by its place in the plan.
 [[nodiscard]] FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lane) noexcept;

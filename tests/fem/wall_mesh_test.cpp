@@ -4,8 +4,10 @@
 #include "base/topology.hpp"
 #include "fem/mesh/mapped_mesh.hpp"
 #include "fem/tissue/classical_cases.hpp"
+#include "fem/tissue/forces.hpp"
 #include "tests/fem/bodies.hpp"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -98,20 +100,125 @@ TEST(WallMesh, OfAPipeWithFlatSidesIsAsThickAcrossThem) {
 TEST(WallMesh, WidensUnderPressureAsLameSaysAndConverges) {
     for (const double nu : {0.3, 0.45, 0.49})
         for (const Index layers : {1u, 2u}) {
-            const double coarse = shell_ratio(24, layers, nu), fine = shell_ratio(48, layers, nu);
-            EXPECT_NEAR(fine, 1.0, 0.03) << nu << " " << layers;
-            EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0) + 0.002) << nu << " " << layers;
+            for (const TetElements elements : {TetElements::Patched, TetElements::Prisms}) {
+                const double coarse = shell_ratio(24, layers, nu, elements), fine = shell_ratio(48, layers, nu, elements);
+                std::printf("sphere, nu %g, %u layers, %s: %.3f %.3f\n", nu, layers, elements == TetElements::Prisms ? "prisms" : "patches", coarse, fine);
+                EXPECT_NEAR(fine, 1.0, elements == TetElements::Prisms ? 0.015 : 0.03) << nu << " " << layers;
+                if (elements == TetElements::Prisms) {
+                    EXPECT_NEAR(coarse, 1.0, 0.02) << nu << " " << layers;
+                } else {
+                    EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0) + 0.002) << nu << " " << layers;
+                }
+            }
         }
 }
 
 TEST(WallMesh, BendsMoreAsItShouldWithEachLayer) {
     double last = 10.0;
     for (const Index layers : {1u, 2u, 3u, 4u}) { // patches alone would not resist bending of one layer but by what holds them together
-        const double ratio = crushed_ring_ratio(96, layers, 0.45);
+        const double ratio = crushed_ring_ratio(96, layers, 0.45, TetElements::Patched);
         EXPECT_LT(std::abs(ratio - 1.0), std::abs(last - 1.0)) << layers;
         last = ratio;
     }
     EXPECT_NEAR(last, 1.0, 0.05);
+}
+
+TEST(WallMesh, OfPrismsBendsAsAPlateOfOneLayerOrMore) {
+    // 1 - nu^2: free edges of a narrow ring bend across, which the bending of prisms leaves out.
+    for (const double nu : {0.3, 0.45})
+        for (const Index layers : {1u, 2u}) {
+            const auto ratio = [&](Index around) { return crushed_ring_ratio(around, layers, nu, TetElements::Prisms) / (1.0 - nu * nu); };
+            const double coarse = ratio(24), middle = ratio(48), fine = ratio(96);
+            std::printf("ring, nu %g, %u layers: %.3f %.3f %.3f\n", nu, layers, coarse, middle, fine);
+            if (layers == 1) {
+                EXPECT_NEAR(coarse, 1.0, 0.06) << nu;
+                EXPECT_NEAR(middle, 1.0, 0.06) << nu;
+                EXPECT_NEAR(fine, 1.0, 0.06) << nu;
+            }
+        }
+}
+
+TEST(WallMesh, OfPrismsGivesWayAsManyFineLayersDoHoweverFine) {
+    const double reference = pressed_tube_way(54, 4, 0.45, TetElements::Patched);
+    std::printf("pressed tube: %.2f of four layers, 54 around\n", reference);
+    for (const Index around : {16u, 24u, 36u}) {
+        const double prisms = pressed_tube_way(around, 1, 0.45, TetElements::Prisms), patches = pressed_tube_way(around, 1, 0.45, TetElements::Patched);
+        std::printf("%u around: prisms %.2f, patches %.2f\n", around, prisms, patches);
+        EXPECT_NEAR(prisms / reference, 1.0, 0.15) << around;
+    }
+}
+
+TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
+    std::mt19937_64 engine(4);
+    std::normal_distribution<double> normal;
+    const TriMesh ball = make_ball(0.01, 4);
+    const auto wall = make_wall_mesh(ball, {.thickness = 0.001, .layers = 2});
+    Material material{.law = MaterialLaw::NeoHookean, .young_modulus = 1e5, .poisson_ratio = 0.45, .density = 1000.0};
+    material.elements = TetElements::Prisms;
+    const auto sheet = static_cast<Index>(ball.vertices.size());
+    const TissueModel model = make_tissue_model(wall->tets, material, {}, {}, sheet).value();
+    const auto force_at = [&](const std::vector<Vec3>& x) {
+        std::vector<Vec3> force(x.size(), Vec3::Zero());
+        add_tet_forces(model, x, std::vector<Vec3>(x.size(), Vec3::Zero()), force);
+        return force;
+    };
+    const auto largest = [](const std::vector<Vec3>& field) {
+        double most = 0.0;
+        for (const Vec3& v : field) most = std::max(most, v.norm());
+        return most;
+    };
+    std::vector<Vec3> bent = model.rest_position;
+    for (Vec3& x : bent) x += 2e-4 * Vec3(normal(engine), normal(engine), normal(engine));
+    const double scale = largest(force_at(bent));
+    for (int k = 0; k < 8; ++k) {
+        const Mat3 turn = Eigen::Quaterniond(normal(engine), normal(engine), normal(engine), normal(engine)).normalized().toRotationMatrix();
+        std::vector<Vec3> turned = model.rest_position, both = bent;
+        for (Vec3& x : turned) x = turn * x + Vec3(0.1, -0.2, 0.3);
+        for (Vec3& x : both) x = turn * x;
+        EXPECT_LT(largest(force_at(turned)), 1e-9 * scale);
+        EXPECT_NEAR(measure_tets(model, both).elastic_energy / measure_tets(model, bent).elastic_energy, 1.0, 1e-10);
+        const std::vector<Vec3> force = force_at(both);
+        Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+        for (std::size_t n = 0; n < force.size(); ++n) sum += force[n], moment += both[n].cross(force[n]);
+        EXPECT_LT(sum.norm(), 1e-11 * scale);
+        EXPECT_LT(moment.norm(), 1e-11 * scale);
+    }
+    // Forces are minus the energy's gradient, the product its second derivative.
+    const std::vector<Vec3> force = force_at(bent);
+    for (int k = 0; k < 20; ++k) {
+        std::vector<Vec3> way(bent.size());
+        for (Vec3& d : way) d = Vec3(normal(engine), normal(engine), normal(engine));
+        constexpr double kFar = 1e-7;
+        const auto at = [&](double far) {
+            std::vector<Vec3> x = bent;
+            for (std::size_t n = 0; n < x.size(); ++n) x[n] += far * way[n];
+            return x;
+        };
+        double work = 0.0;
+        for (std::size_t n = 0; n < bent.size(); ++n) work -= force[n].dot(way[n]);
+        const double difference = (measure_tets(model, at(kFar)).elastic_energy - measure_tets(model, at(-kFar)).elastic_energy) / (2.0 * kFar);
+        EXPECT_NEAR(difference, work, 1e-5 * scale * std::sqrt(static_cast<double>(bent.size())));
+        std::vector<Vec3> product(bent.size(), Vec3::Zero());
+        add_stiffness_product(model, bent, way, product);
+        const std::vector<Vec3> ahead = force_at(at(kFar)), behind = force_at(at(-kFar));
+        double off = 0.0, size = 0.0;
+        for (std::size_t n = 0; n < bent.size(); ++n) {
+            off = std::max(off, (product[n] + (ahead[n] - behind[n]) / (2.0 * kFar)).norm());
+            size = std::max(size, product[n].norm());
+        }
+        EXPECT_LT(off, 1e-5 * size);
+    }
+    // A stretch of all of it, however oblique, is felt as by any tetrahedra of the law.
+    material.elements = TetElements::Linear;
+    const TissueModel linear = make_tissue_model(wall->tets, material, {}).value();
+    Mat3 stretch = Mat3::Identity();
+    for (int i = 0; i < 9; ++i) stretch(i / 3, i % 3) += 0.1 * normal(engine);
+    std::vector<Vec3> stretched = model.rest_position;
+    for (Vec3& x : stretched) x = stretch * x;
+    EXPECT_NEAR(measure_tets(model, stretched).elastic_energy / measure_tets(linear, stretched).elastic_energy, 1.0, 1e-9);
+    material.elements = TetElements::Prisms;
+    EXPECT_FALSE(make_tissue_model(wall->tets, material, {}, {}, sheet + 1).ok());
+    EXPECT_FALSE(make_tissue_model(wall->tets, material, {}).ok());
 }
 
 TEST(WallMesh, RefusesWhatIsNoWall) {

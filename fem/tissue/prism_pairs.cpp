@@ -1,0 +1,101 @@
+#include "fem/tissue/prism_pairs.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+
+namespace trocar::fem {
+
+namespace {
+
+constexpr double kFlat = 0.7; // [-] cosine between the normals of a pair
+
+/// Lower edges of prisms, each with the prisms beside it.
+std::vector<std::array<Index, 3>> find_neighbours(std::span<const Prism> prisms) {
+    std::vector<std::pair<std::array<Index, 2>, std::pair<Index, std::size_t>>> edges;
+    for (std::size_t p = 0; p < prisms.size(); ++p)
+        for (std::size_t side = 0; side < 3; ++side) {
+            std::array<Index, 2> edge{prisms[p].node[(side + 1) % 3], prisms[p].node[(side + 2) % 3]};
+            std::sort(edge.begin(), edge.end());
+            edges.push_back({edge, {static_cast<Index>(p), side}});
+        }
+    std::sort(edges.begin(), edges.end());
+    std::vector<std::array<Index, 3>> neighbours(prisms.size(), {kNoIndex, kNoIndex, kNoIndex});
+    for (std::size_t k = 1; k < edges.size(); ++k) {
+        if (edges[k].first != edges[k - 1].first) continue;
+        const auto [a, side_a] = edges[k - 1].second;
+        const auto [b, side_b] = edges[k].second;
+        neighbours[a][side_a] = b, neighbours[b][side_b] = a;
+    }
+    return neighbours;
+}
+
+} // namespace
+
+/// The first of its tetrahedra has three lower corners, whose ids are below those of the upper ones.
+Prism prism_of(std::span<const Tet> tets, std::size_t prism, Index sheet) {
+    Tet first = tets[3 * prism];
+    std::sort(first.begin(), first.end());
+    return {{first[0], first[1], first[2], first[0] + sheet, first[1] + sheet, first[2] + sheet}};
+}
+
+Mat3 frame_of(const Prism& prism, std::span<const Vec3> x) {
+    const auto middle = [&](std::size_t k) { return Vec3(0.5 * (x[prism.node[k]] + x[prism.node[k + 3]])); };
+    Mat3 frame;
+    frame.col(0) = middle(1) - middle(0);
+    frame.col(1) = middle(2) - middle(0);
+    frame.col(2).setZero();
+    for (std::size_t k = 0; k < 3; ++k) frame.col(2) += (x[prism.node[k + 3]] - x[prism.node[k]]) / 6.0;
+    return frame;
+}
+
+Vec3 normal_of(const Mat3& frame) { return frame.col(0).cross(frame.col(1)).normalized(); }
+
+Result<void> check_prisms(std::span<const Tet> tets, std::size_t node_count, Index sheet) {
+    const auto bad = [] { return Error{ErrorCode::BadValue, "elements \"prisms\": expected the mesh of a wall in layers"}; };
+    if (sheet == 0 || node_count % sheet != 0 || tets.size() % 3 != 0) return bad();
+    for (std::size_t p = 0; 3 * p < tets.size(); ++p) {
+        const Prism prism = prism_of(tets, p, sheet);
+        for (std::size_t k = 0; k < 3; ++k)
+            for (const Index node : tets[3 * p + k])
+                if (std::find(prism.node.begin(), prism.node.end(), node) == prism.node.end()) return bad();
+    }
+    return {};
+}
+
+std::vector<Index> pair_prisms(std::span<const Tet> tets, std::span<const Vec3> x, Index sheet, std::span<const Index> order) {
+    std::vector<Prism> prisms;
+    std::vector<Vec3> normal;
+    for (std::size_t p = 0; 3 * p < tets.size(); ++p) {
+        prisms.push_back(prism_of(tets, p, sheet));
+        Vec3 n = normal_of(frame_of(prisms.back(), x));
+        if (n.dot(frame_of(prisms.back(), x).col(2)) < 0.0) n = -n;
+        normal.push_back(n);
+    }
+    const std::vector<std::array<Index, 3>> neighbours = find_neighbours(prisms);
+    std::vector<bool> taken(prisms.size(), false);
+    const auto is_free = [&](Index p) { return p != kNoIndex && !taken[p]; };
+    std::vector<Index> rows;
+    const auto add = [&](Index prism) {
+        for (Index k = 0; k < 3; ++k) rows.push_back(prism == kNoIndex ? kNoIndex : 3 * prism + k);
+    };
+    for (const Index seed : order) {
+        const Index prism = seed / 3;
+        if (taken[prism]) continue;
+        taken[prism] = true;
+        Index best = kNoIndex;
+        std::ptrdiff_t least = 4;
+        for (const Index other : neighbours[prism]) { // the one that would be left with fewest free neighbours of its own
+            if (!is_free(other) || !(normal[prism].dot(normal[other]) > kFlat)) continue;
+            const std::ptrdiff_t left = std::count_if(neighbours[other].begin(), neighbours[other].end(), is_free);
+            if (left < least) least = left, best = other;
+        }
+        if (best != kNoIndex) taken[best] = true;
+        add(prism);
+        add(best);
+        rows.insert(rows.end(), {kNoIndex, kNoIndex});
+    }
+    return rows;
+}
+
+} // namespace trocar::fem
