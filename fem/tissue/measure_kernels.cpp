@@ -115,7 +115,7 @@ TetSum sum_patches(const ForcePlan& plan, const ForceChunk& chunk, const LawCons
                 const V held = hn::Mul(hn::Load(D8(), plan.prisms[b].hold + group * kLanes), hn::Mul(set(0.5 * constants.patch), contract(g.jump, g.jump)));
                 const V bent = hn::Mul(set(0.5 * constants.bend), hn::Add(contract(g.bent[0], g.bent[0]), contract(g.bent[1], g.bent[1])));
                 const V energy = hn::Add(mean, hn::Add(held, bent));
-                for (std::size_t k = 0; k < kPatch; ++k) total.add(plan, b + k, group, determinant(g.each[k], cofactors(g.each[k])), energy);
+                for (std::size_t k = 0; k < filled(plan); ++k) total.add(plan, b + k, group, determinant(g.each[k], cofactors(g.each[k])), energy);
                 continue;
             }
             for (std::size_t k = 0; k < kPatch; ++k) {

@@ -32,15 +32,14 @@ HWY_INLINE M3 load_matrix(const double (&m)[9][kBatch], std::size_t lane) {
 
 constexpr std::size_t kPrismTets = 3;
 
-/// Tets of a pair of prisms.
-HWY_INLINE bool is_of_prisms(std::size_t k) { return k < 2 * kPrismTets; }
+/// Places of a patch that may have a tet.
+HWY_INLINE std::size_t filled(const ForcePlan& plan) { return plan.prisms.empty() ? kPatch : 2 * kPrismTets; }
 
 HWY_INLINE void load_prisms(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records, bool second, PatchGradients& g) {
     g.mean = g.jump = g.bent[0] = g.bent[1] = zero_matrix();
-    for (std::size_t k = 0; k < kPatch; ++k) {
+    for (std::size_t k = 0; k < 2 * kPrismTets; ++k) {
         const TetBatch& batch = plan.batches[first + k];
         g.each[k] = mul(load_edges(batch, lane, records, second), load_inverse(batch, lane));
-        if (!is_of_prisms(k)) continue;
         const PrismBatch& prism = plan.prisms[first + k];
         const M3 part = mul(g.each[k], load_matrix(prism.mean, lane));
         M3& bent = g.bent[k / kPrismTets];
@@ -95,7 +94,7 @@ HWY_INLINE void begin_patch(const ForcePlan& plan, std::size_t first, std::size_
     w.growth = set(1.0);
     if constexpr (kAlong) return;
     if constexpr (kSize)
-        for (std::size_t k = 0; k < kPatch; ++k) size_sq = hn::Max(size_sq, contract(w.g.each[k], w.g.each[k]));
+        for (std::size_t k = 0; k < filled(plan); ++k) size_sq = hn::Max(size_sq, contract(w.g.each[k], w.g.each[k]));
     w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
 }
 
@@ -121,10 +120,8 @@ HWY_INLINE void end_patch(const ForcePlan& plan, std::size_t b, std::size_t k, s
     M3 stress;
     if (plan.prisms.empty())
         stress = scaled(scaled_add(by, set(job.constants.patch), w.common), factor);
-    else if (is_of_prisms(k))
-        stress = scaled(prism_stress(plan.prisms[b], k, lane, job.constants, w.common, kAlong ? w.along : w.g), hn::Neg(hn::Load(D8(), plan.prisms[b].volume + lane)));
     else
-        stress = zero_matrix();
+        stress = scaled(prism_stress(plan.prisms[b], k, lane, job.constants, w.common, kAlong ? w.along : w.g), hn::Neg(hn::Load(D8(), plan.prisms[b].volume + lane)));
     if constexpr (kAlong)
         extremes.note(det, hn::Neg(contract(w.along.each[k], stress)), place);
     else
@@ -140,7 +137,7 @@ HWY_INLINE void run_patch_row(const ForcePlan& plan, std::size_t first, const Te
     PatchWork work[kBatch / kLanes];
     for (std::size_t group = 0; group < kBatch / kLanes; ++group)
         begin_patch<Law, kKernel>(plan, first, group * kLanes, job, records, work[group]);
-    for (std::size_t k = 0; k < kPatch; ++k)
+    for (std::size_t k = 0; k < filled(plan); ++k)
         for (std::size_t group = 0; group < kBatch / kLanes; ++group)
             end_patch<Law, kKernel>(plan, first + k, k, group * kLanes, job, records, work[group], partial, extremes);
 }

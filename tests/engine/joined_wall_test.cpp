@@ -147,9 +147,9 @@ TEST(JoinedWall, WidensAsLameSaysOverMeshSizes) {
         std::printf("organ %g kPa, nu %g, %d triangles: %.3f of Lame's\n", organ_kpa, nu, triangles, found);
         EXPECT_NEAR(found, 1.0, within) << organ_kpa << " kPa, nu " << nu << ", " << triangles;
     };
-    check(0.05, 0.45, 100, 0.08); // the wall's own error
+    check(0.05, 0.45, 100, 0.02); // the wall alone
     for (const auto& [organ_kpa, nu] : {std::pair{10.0, 0.3}, {10.0, 0.45}, {80.0, 0.45}, {80.0, 0.49}}) {
-        check(organ_kpa, nu, 100, 0.2);
+        check(organ_kpa, nu, 100, 0.17);
         check(organ_kpa, nu, 500, 0.12);
     }
     check(80.0, 0.49, 1500, 0.1);
