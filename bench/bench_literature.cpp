@@ -47,7 +47,7 @@ BenchRow json_row(const LiteratureRow& row) {
                   {"quantity", row.quantity},
                   {"source", row.source},
                   {"reference", row.reference},
-                  {"reference_is", row.kind == ReferenceKind::Quoted ? "quoted" : "closed form"},
+                  {"reference_is", row.kind == ReferenceKind::Quoted ? "quoted" : row.kind == ReferenceKind::Beside ? "run beside it" : "closed form"},
                   {"refined", row.size_name},
                   {"sizes", row.sizes},
                   {"measured", row.measured}};

@@ -8,7 +8,7 @@
 namespace trocar::engine {
 
 /// Where the number that a case is compared with comes from.
-enum class ReferenceKind : std::uint8_t { ClosedForm, Quoted };
+enum class ReferenceKind : std::uint8_t { ClosedForm, Quoted, Beside };
 
 struct LiteratureRow {
     std::string name, quantity;  // of the case; what is compared, with its unit

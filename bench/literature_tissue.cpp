@@ -82,6 +82,14 @@ void press_and_swell(std::vector<LiteratureRow>& rows, bool quick) {
         wall.stated = 48.0;
         fill(rows, std::move(wall), [nu](Index around) { return fem::shell_ratio(around, 1, nu, fem::TetElements::Prisms); });
     }
+    LiteratureRow pressed = tissue_row("vessel's wall, 0.2 of its bore's radius thick, one layer, pressed from inside over 0.3 of that",
+                                       "way over that of four layers of patches, 54 edges around, nu 0.45", "a finer mesh of other elements", 1.0,
+                                       quick ? std::vector<double>{16, 24} : std::vector<double>{16, 24, 36, 48});
+    pressed.kind = ReferenceKind::Beside;
+    pressed.size_name = "triangles' edges around";
+    pressed.stated = 24.0;
+    const double fine = quick ? fem::pressed_tube_way(36, 3, 0.45, kPatched) : fem::pressed_tube_way(54, 4, 0.45, kPatched);
+    fill(rows, std::move(pressed), [&](Index around) { return fem::pressed_tube_way(around, 1, 0.45, fem::TetElements::Prisms) / fine; });
     fill_ratios(rows, "artery's ring under pressure, radii 1 and 1.4", "bore's widening over Lame's", "Lame 1852, plane stress", {0.3, 0.49}, sizes,
                 fem::ring_ratio);
     for (const double widening : {0.1, 0.3}) {

@@ -1,9 +1,12 @@
 // The vectorised kernels: the same bits on every instruction set, for any number of threads, in any order of nodes and tets.
 #include "fem/mesh/bar_mesh.hpp"
+#include "fem/mesh/mapped_mesh.hpp"
+#include "fem/mesh/wall_mesh.hpp"
 #include "fem/tissue/integrate.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <numeric>
@@ -86,6 +89,24 @@ TEST_P(EveryKernel, GivesTheSameBitsOnEveryInstructionSet) {
         }
     }
     if (compared == 0) GTEST_SKIP() << "this processor has neither AVX2 nor AVX-512";
+}
+
+TEST_P(EveryKernel, OfAWallOfPrismsGivesTheSameBitsOnEveryInstructionSetAndThreadCount) {
+    TriMesh ball = make_octasphere(9);
+    for (Vec3& v : ball.vertices) v *= 0.01 * (1.0 + 0.05 * std::sin(900.0 * v.x()));
+    const auto wall = make_wall_mesh(ball, {.thickness = 0.001, .layers = 2});
+    ASSERT_TRUE(wall.ok() && !wall->folds);
+    Material material = make_material(GetParam(), 0.4);
+    material.viscosity = 2.0;
+    material.elements = TetElements::Prisms;
+    const auto made = make_tissue_model(wall->tets, material, std::vector<Index>{0, 1, 2}, {}, static_cast<Index>(ball.vertices.size()));
+    ASSERT_TRUE(made.ok()) << made.error().to_string();
+    choose_isa("portable");
+    std::vector<Extremes> found, other;
+    const auto reference = run_all(*made, 1, found);
+    for (const char* isa : {"avx2", "avx512"})
+        if (choose_isa(isa)) EXPECT_TRUE(same_bits(reference, run_all(*made, 1, other))) << isa;
+    for (const unsigned threads : {2u, 3u, 7u}) EXPECT_TRUE(same_bits(reference, run_all(*made, threads, other))) << threads;
 }
 
 TEST_P(EveryKernel, GivesTheSameBitsForAnyNumberOfThreads) {
