@@ -93,6 +93,23 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
     return std::move(lattice->tets);
 }
 
+/// [-] of a wall's thickness: up to so long edges its prisms bend as a shell does within about a third (docs/tissue.md).
+constexpr double kWidePrisms = 2.5;
+
+/// A wall bends, whatever its law.
+bool is_in_prisms(const SceneBody& body) noexcept {
+    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall, chosen = body.material.elements == fem::TetElements::Automatic;
+    return body.material.elements == fem::TetElements::Prisms || (is_wall && chosen && body.material.law != fem::MaterialLaw::StVK);
+}
+
+/// m; of triangles of one size and shape.
+double mean_edge(const TriMesh& surface) {
+    double area = 0.0;
+    for (const Triangle& t : surface.triangles)
+        area += 0.5 * (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]).norm();
+    return std::sqrt(4.0 / std::sqrt(3.0) * area / static_cast<double>(surface.triangles.size()));
+}
+
 /// Around the lumen's surface, simplified where it has more triangles than asked for; to other numbers where the wall of one folds over.
 Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
     constexpr double kShares[] = {1.0, 1.15, 0.87, 1.3, 0.75}; // of the triangles asked for, in this order
@@ -116,6 +133,10 @@ Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const R
         }
         remarks.notes.push_back(fmt::format("a wall of {:.3g} mm in {} layer{} around {} triangles", 1e3 * body.coarse.thickness, body.coarse.layers,
                                             body.coarse.layers == 1 ? "" : "s", inner.triangles.size()));
+        if (const double wide = mean_edge(inner) / body.coarse.thickness; wide > kWidePrisms && is_in_prisms(body))
+            remarks.notes.push_back(fmt::format("its triangles' edges are {:.2g} times as long as it is thick: prisms wider than {:g} times that bend too stiffly; what helps: more "
+                                                "\"surface_triangles\" than {}",
+                                                wide, kWidePrisms, body.coarse.surface_triangles));
         if (wall->thinned > 0)
             remarks.notes.push_back(fmt::format("thinner at {} of its {} places, where it would fold over: {:.2g} of its thickness at {}", wall->thinned,
                                                 inner.vertices.size(), wall->least_share, place));
@@ -158,8 +179,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
 
 fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     fem::Material material = body.material;
-    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
-    if (is_wall && material.elements == fem::TetElements::Automatic && material.law != fem::MaterialLaw::StVK) material.elements = fem::TetElements::Prisms; // a wall bends, whatever its law
+    if (is_in_prisms(body)) material.elements = fem::TetElements::Prisms;
     if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
     return material;
 }

@@ -3,7 +3,7 @@
 //   energy = V psi(Fm) + E' / 6 sum V_P |B_P|^2 + w mu / 2 sum V_P |F_P - Fm|^2
 // E' / 6 with E' = young_modulus / (1 - nu^2): bent to a curvature c a prism has B = t/2 c, and a plate E' t^3 / 24 c^2 for each area. w resists what neither
 // the mean nor bending sees, the kink between the pair's two; it goes with (t / edge)^2, or it would outweigh bending. One prism by itself locks in shear
-// where it is wider than thick, a pair hardly (docs/tissue.md). All is linear in the gradients F_k of the prism's tetrahedra: F_P = sum F_k M_k.
+// where it is wider than thick, a pair of a regular mesh hardly, an irregular one less (docs/tissue.md). All is linear in the gradients F_k of the prism's tetrahedra: F_P = sum F_k M_k.
 // This work is based on: Hauptmann & Schweizerhof 1998 (solid-shells), Bergou et al. 2006 (bending quadratic in positions; of a closed or clamped wall
 // what it leaves out, the coefficient of Gauss's curvature, does no work), Flanagan & Belytschko 1981 (the weak resistance).
 #pragma once
