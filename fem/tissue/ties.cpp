@@ -19,9 +19,9 @@ Vec3 gap_of(const Tie& tie, const TieEnds& ends, std::span<const NodeRecord> nod
         tie, ends, [&](Index record) { return Vec3(nodes[record].x); }, [&](Index record) { return Vec3(host_nodes[record].x); });
 }
 
-/// Adds a pull of the host on the node, and its reaction. scale: of each node's, by record of its plan
-template <class Scale>
-void share_out(const Tie& tie, const TieEnds& ends, const Vec3& pull, Scale&& add) noexcept {
+/// The host's pull on the node, and its reaction on each of the host's corners. add(of the host, record, pull)
+template <class Add>
+void share_out(const Tie& tie, const TieEnds& ends, const Vec3& pull, Add&& add) noexcept {
     add(false, ends.plan.record_of[tie.node], pull);
     for (std::size_t k = 0; k < 4; ++k) add(true, ends.host_plan.record_of[tie.host[k]], Vec3(-tie.weight[k] * pull));
 }
