@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace trocar::fem {
 
@@ -324,6 +325,40 @@ double crushed_ring_ratio(Index around, Index layers, double poisson_ratio, TetE
         for (const Index layer : {0u, layers})
             shorter += (u[layer * count + id(i, across)].x() - u[layer * count + id(i, 0)].x()) / (2.0 * kRings);
     return shorter / ((0.25 * kPi - 2.0 / kPi) * 12.0 / (width * kThick * kThick * kThick));
+}
+
+double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements) {
+    constexpr double kNu = 0.3, kDeflection = 0.00126532;
+    std::mt19937_64 engine(7);
+    const auto random = [&] { return std::ldexp(static_cast<double>(engine() >> 11), -53); };
+    TriMesh sheet;
+    const double cell = 1.0 / cells;
+    for (Index i = 0; i <= cells; ++i)
+        for (Index j = 0; j <= cells; ++j) {
+            const bool held = i == 0 || j == 0 || i == cells || j == cells;
+            const double aside = 2.0 * uneven * random() - uneven, ahead = 2.0 * uneven * random() - uneven;
+            sheet.vertices.push_back(cell * (Vec3(i, j, 0.0) + (held ? 0.0 : 1.0) * Vec3(aside, ahead, 0.0)));
+        }
+    for (Index i = 0; i < cells; ++i)
+        for (Index j = 0; j < cells; ++j) {
+            const Index a = i * (cells + 1) + j, b = a + cells + 1, c = b + 1, d = a + 1;
+            const bool turned = uneven > 0.0 && random() < 0.5;
+            sheet.triangles.push_back(turned ? Triangle{a, b, d} : Triangle{a, b, c});
+            sheet.triangles.push_back(turned ? Triangle{b, c, d} : Triangle{a, c, d});
+        }
+    const Result<WallMesh> wall = make_wall_mesh(sheet, {.thickness = thickness, .layers = 1});
+    std::vector<Index> pinned;
+    for (const int axis : {0, 1})
+        for (const double end : {0.0, 1.0})
+            for (const Index node : nodes_at(wall->tets, axis, end)) pinned.push_back(node);
+    std::sort(pinned.begin(), pinned.end());
+    pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
+    const TissueModel model = make_wall_body(*wall, 1, kNu, elements, pinned);
+    const Field u = solve_small_strain(model, press_out(wall->tets, sheet));
+    double nearest = 1.0, way = 0.0;
+    for (std::size_t v = 0; v < sheet.vertices.size(); ++v)
+        if (const double off = (sheet.vertices[v] - Vec3(0.5, 0.5, 0.0)).norm(); off < nearest) nearest = off, way = u[v].z();
+    return way / (kDeflection * 12.0 * (1.0 - kNu * kNu) / (thickness * thickness * thickness));
 }
 
 double pressed_tube_way(Index around, Index layers, double poisson_ratio, TetElements elements) {

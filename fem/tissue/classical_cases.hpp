@@ -32,6 +32,9 @@ inline constexpr double kCookTip = 23.96; // plane stress, quoted
 [[nodiscard]] double crushed_ring_ratio(Index around, Index layers, double poisson_ratio, TetElements elements);
 /// Way of the wall where a tube is pressed from inside, over a width of about 0.3 of its bore's radius; 0.2 of that thick, 6 long, held at both ends. Of modulus, radius and force 1.
 [[nodiscard]] double pressed_tube_way(Index around, Index layers, double poisson_ratio, TetElements elements);
+/// Way of the middle of a square plate, clamped all around, under a pressure over the thin plate's 0.001265 p a^4 / D (Timoshenko & Woinowsky-Krieger 1959), nu 0.3.
+/// thickness: of its side; its corners stand at random up to `uneven` of a cell beside their places, and the diagonals of its cells go either way.
+[[nodiscard]] double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements);
 
 /// Torque over the twist rate in the middle of a square bar, twisted a little at its ends, over Saint-Venant's 0.1406 G a^4.
 [[nodiscard]] double torsion_ratio(Index cells_across, double poisson_ratio, TetElements elements);

@@ -30,13 +30,19 @@ struct alignas(64) PatchShares {
     double share[kBatch];
 };
 
-/// Of walls in prisms (prisms.hpp): what each tet's gradient F_k has in what its patch feels, row-major; 0 where no tet is.
+/// Of walls in prisms (prisms.hpp): what each tet's edges x_k - x_0 have in what its patch feels, row-major, 1/m; 0 where no tet is.
 struct alignas(64) PrismBatch {
-    double mean[9][kBatch];                       // F_k times this: of the patch's mean gradient
-    double bend[9][kBatch];                       // of the prism's bending, times the root of its share of the patch
-    double side[kBatch];                          // times the former: of the first prism's gradient less the second's
-    double volume[kBatch];                        // m^3, of the patch, times its stiffness factor
-    double hold[kBatch];                          // of LawConstants::patch: resistance to that difference
+    double mean[9][kBatch]; // edges times this: of the patch's mean gradient
+    double bend[9][kBatch]; // of the prism's bending, times the root of its share of the patch
+    double side[kBatch];    // times the former: of the first prism's gradient less the second's
+};
+
+/// Of eight pairs of prisms, of kPatch batches: zero where there is none.
+struct alignas(64) PairBatch {
+    double along[6][kBatch];                  // two unit vectors along the wall at rest, at right angles: x y z x y z
+    double shear[kBatch];                     // of the law's shear across the wall
+    double hold[kBatch], kink[kBatch];        // of LawConstants::patch: resistance to the prisms' difference along the wall and across it
+    double volume[kBatch];                    // m^3, times its stiffness factor
 };
 
 /// Of hgo: both fibre directions at rest, x y z x y z; of a patch the same in all its tets.
@@ -63,6 +69,7 @@ struct ForcePlan {
     std::vector<ForceChunk> chunks;
     std::vector<PatchShares> shares; // [batches]; empty: every tet stands for itself
     std::vector<PrismBatch> prisms;  // [batches]; empty: patches of tets, or none
+    std::vector<PairBatch> pairs;    // [batches / kPatch] of prisms
     std::vector<FibreBatch> fibres;  // [batches]; empty: a law without
     std::vector<Index> tet_of;       // [8 batches] caller's tet id
     std::vector<Index> node_of;      // [node_count] caller's id of a record

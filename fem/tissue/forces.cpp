@@ -2,6 +2,7 @@
 
 #include "fem/tissue/fibred_laws.hpp"
 #include "fem/tissue/laws.hpp"
+#include "fem/tissue/prisms.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,15 +11,22 @@ namespace trocar::fem {
 
 namespace {
 
-/// F = [x1 - x0, x2 - x0, x3 - x0] Dm^-1; at(node) is a pointer to three numbers.
+/// x1 - x0, x2 - x0, x3 - x0 as columns; at(node) is a pointer to three numbers.
 template <class At>
-Block<double> find_gradient(const TissueModel& model, std::size_t tet, At&& at) noexcept {
+Block<double> find_edges(const TissueModel& model, std::size_t tet, At&& at) noexcept {
     const Tet& t = model.tet_nodes[tet];
-    Block<double> edges, inverse;
+    Block<double> edges;
     for (std::size_t k = 0; k < 3; ++k)
         for (int i = 0; i < 3; ++i) edges.m[3 * i + static_cast<int>(k)] = at(t[k + 1])[i] - at(t[0])[i];
+    return edges;
+}
+
+/// F = edges Dm^-1.
+template <class At>
+Block<double> find_gradient(const TissueModel& model, std::size_t tet, At&& at) noexcept {
+    Block<double> inverse;
     for (int i = 0; i < 9; ++i) inverse.m[i] = model.tet_shape[tet].inverse[i];
-    return product(edges, inverse);
+    return product(find_edges(model, tet, at), inverse);
 }
 
 void note_volume(TetReport& report, double det, std::size_t tet) noexcept {
@@ -45,22 +53,70 @@ Vec3 find_centre(const TissueModel& model, std::size_t tet) noexcept {
     return sum;
 }
 
-/// Of a pair of prisms: the difference of its two gradients, and how each of them bends.
-struct PrismParts {
-    Block<double> jump{}, bent[2]{};
+Mat3 to_matrix(const Block<double>& block) {
+    Mat3 matrix;
+    for (int i = 0; i < 9; ++i) matrix(i / 3, i % 3) = block.m[i];
+    return matrix;
+}
 
-    void add(const PrismBatch& prism, std::size_t k, std::size_t lane, const Block<double>& gradient, Block<double>& mean) noexcept {
-        if (k >= 6) return;
-        Block<double> to_mean, to_bend;
-        for (int i = 0; i < 9; ++i) to_mean.m[i] = prism.mean[i][lane], to_bend.m[i] = prism.bend[i][lane];
-        const Block<double> part = product(gradient, to_mean), curved = product(gradient, to_bend);
-        for (int i = 0; i < 9; ++i) mean.m[i] += part.m[i], jump.m[i] += prism.side[lane] * part.m[i], bent[k / 3].m[i] += curved.m[i];
+/// A pair of prisms (prisms.hpp), one of the plan's: the sum that kernels take in lanes, in plain words.
+class PrismPair {
+public:
+    PrismPair(const ForcePlan& plan, std::size_t first, std::size_t lane) : plan_(plan), first_(first), lane_(lane) {}
+
+    void add(std::size_t k, const Block<double>& edges) {
+        const PrismBatch& prism = plan_.prisms[first_ + k];
+        const auto by = [&](const double(&m)[9][kBatch]) {
+            Mat3 matrix;
+            for (int i = 0; i < 9; ++i) matrix(i / 3, i % 3) = m[i][lane_];
+            return Mat3(to_matrix(edges) * matrix);
+        };
+        const Mat3 part = by(prism.mean);
+        mean_ += part, jump_ += prism.side[lane_] * part, bent_[k / 3] += by(prism.bend);
     }
-    /// J/m^3, of the whole patch
-    [[nodiscard]] double energy(const PrismBatch& prism, std::size_t lane, const LawConstants& law) const noexcept {
-        return 0.5 * law.patch * prism.hold[lane] * contraction(jump, jump) + 0.5 * law.bend * (contraction(bent[0], bent[0]) + contraction(bent[1], bent[1]));
+    /// J/m^3
+    template <class Law>
+    [[nodiscard]] double energy(const LawConstants& law, const FibreAxes& fibres) const {
+        const PairBatch& pair = plan_.pairs[first_ / kPatch];
+        const auto axis = [&](std::size_t first) { return Vec3(pair.along[first][lane_], pair.along[first + 1][lane_], pair.along[first + 2][lane_]); };
+        const Vec3 along[2] = {axis(0), axis(3)}, across = along[0].cross(along[1]);
+        const Vec3 area = (mean_ * along[0]).cross(mean_ * along[1]), up = mean_ * across;
+        const Vec3 normal = area / std::max(area.norm(), kLeastPairArea);
+        const Mat3 soft = mean_ - (1.0 - pair.shear[lane_]) * (up - normal * normal.dot(up)) * across.transpose();
+        double kinks = 0.0;
+        for (const Vec3& axis_along : along) {
+            const Vec3 kink = jump_ * axis_along;
+            const double step = normal.dot(kink);
+            kinks += pair.hold[lane_] * (kink.squaredNorm() - step * step) + pair.kink[lane_] * step * step;
+        }
+        Block<double> gradient;
+        for (int i = 0; i < 9; ++i) gradient.m[i] = soft(i / 3, i % 3);
+        return Law::energy(law, gradient, soft.determinant(), &fibres) + 0.5 * law.patch * kinks + 0.5 * law.bend * (bent_[0].squaredNorm() + bent_[1].squaredNorm());
     }
+
+private:
+    const ForcePlan& plan_;
+    std::size_t first_, lane_;
+    Mat3 mean_ = Mat3::Zero(), jump_ = Mat3::Zero(), bent_[2] = {Mat3::Zero(), Mat3::Zero()};
 };
+
+/// Pair by pair, in the plan's order.
+template <class Law, class At>
+TetReport measure_pairs(const TissueModel& model, At&& at) noexcept {
+    TetReport report;
+    const ForcePlan& plan = model.plan;
+    for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
+        for (std::size_t lane = 0; lane < kBatch; ++lane) {
+            const auto tet_at = [&](std::size_t k) { return plan.tet_of[(first + k) * kBatch + lane]; };
+            PrismPair pair(plan, first, lane);
+            for (std::size_t k = 0; k < 6; ++k) pair.add(k, find_edges(model, tet_at(k), at));
+            const double energy = pair.template energy<Law>(model.law, find_fibres_at(model, first, lane));
+            for (std::size_t k = 0; k < 6; ++k)
+                if (const double volume = plan.batches[first + k].volume[lane]; volume > 0.0) // fillers have none
+                    note_energy(report, determinant(find_gradient(model, tet_at(k), at)), volume * energy, tet_at(k));
+        }
+    return report;
+}
 
 /// Patch by patch, in the plan's order.
 template <class Law, class At>
@@ -70,11 +126,9 @@ TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
     for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
         for (std::size_t lane = 0; lane < kBatch; ++lane) {
             Block<double> each[kPatch], mean{};
-            PrismParts prism;
             for (std::size_t k = 0; k < kPatch; ++k) {
                 each[k] = find_gradient(model, plan.tet_of[(first + k) * kBatch + lane], at);
-                if (!plan.prisms.empty()) prism.add(plan.prisms[first + k], k, lane, each[k], mean);
-                for (int i = 0; i < 9 && plan.prisms.empty(); ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
+                for (int i = 0; i < 9; ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
             }
             const FibreAxes fibres = find_fibres_at(model, first, lane);
             const double shared = Law::energy(model.law, mean, determinant(mean), &fibres);
@@ -84,8 +138,7 @@ TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
                 for (int i = 0; i < 9; ++i) off.m[i] -= mean.m[i];
                 if (!(volume > 0.0)) continue; // fillers have none
                 const double det = determinant(each[k]);
-                const double own = plan.prisms.empty() ? 0.5 * model.law.patch * contraction(off, off) : prism.energy(plan.prisms[first], lane, model.law);
-                note_energy(report, det, volume * (shared + own), plan.tet_of[(first + k) * kBatch + lane]);
+                note_energy(report, det, volume * (shared + 0.5 * model.law.patch * contraction(off, off)), plan.tet_of[(first + k) * kBatch + lane]);
             }
         }
     return report;
@@ -93,6 +146,7 @@ TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
 
 template <class Law, class At>
 TetReport measure(const TissueModel& model, At&& at) noexcept {
+    if (!model.plan.prisms.empty()) return measure_pairs<Law>(model, at);
     if (model.plan.patched()) return measure_patches<Law>(model, at);
     TetReport report;
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {

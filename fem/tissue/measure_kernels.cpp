@@ -16,6 +16,7 @@
 #include "fem/tissue/tet_lanes-inl.hpp"
 #include "fem/tissue/tet_laws-inl.hpp"
 #include "fem/tissue/tet_patches-inl.hpp"
+#include "fem/tissue/tet_prisms-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
@@ -111,13 +112,6 @@ TetSum sum_patches(const ForcePlan& plan, const ForceChunk& chunk, const LawCons
             PatchGradients g;
             load_patch(plan, b, group * kLanes, records, false, g);
             const V mean = find_energy<kLaw>(constants, fibres_of(plan, b), group * kLanes, g.mean, determinant(g.mean, cofactors(g.mean)));
-            if (!plan.prisms.empty()) {
-                const V held = hn::Mul(hn::Load(D8(), plan.prisms[b].hold + group * kLanes), hn::Mul(set(0.5 * constants.patch), contract(g.jump, g.jump)));
-                const V bent = hn::Mul(set(0.5 * constants.bend), hn::Add(contract(g.bent[0], g.bent[0]), contract(g.bent[1], g.bent[1])));
-                const V energy = hn::Add(mean, hn::Add(held, bent));
-                for (std::size_t k = 0; k < filled(plan); ++k) total.add(plan, b + k, group, determinant(g.each[k], cofactors(g.each[k])), energy);
-                continue;
-            }
             for (std::size_t k = 0; k < kPatch; ++k) {
                 const M3 off = scaled_add(g.mean, set(-1.0), g.each[k]);
                 const V det = determinant(g.each[k], cofactors(g.each[k]));
@@ -127,24 +121,50 @@ TetSum sum_patches(const ForcePlan& plan, const ForceChunk& chunk, const LawCons
     return total.finish();
 }
 
+template <MaterialLaw kLaw>
+TetSum sum_pairs(const ForcePlan& plan, const ForceChunk& chunk, const LawConstants& constants, const NodeRecord* records) {
+    ChunkTotal total;
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
+        for (std::size_t group = 0; group < ChunkTotal::kGroups; ++group) {
+            const std::size_t lane = group * kLanes;
+            const PairBatch& pair = plan.pairs[b / kPatch];
+            const PairAxes axes = load_axes(pair, lane);
+            const PairWeights weights = load_weights(pair, lane, constants);
+            PairGradients g;
+            load_pair(plan, b, lane, records, false, g);
+            const PairFrame<V> frame = find_frame(g, axes);
+            const M3 soft = softened(g.mean, frame, axes, weights.less);
+            const V stretched = find_energy<kLaw>(constants, fibres_of(plan, b), lane, soft, determinant(soft, cofactors(soft)));
+            const V bent = hn::Mul(set(0.5 * constants.bend), hn::Add(contract(g.bent[0], g.bent[0]), contract(g.bent[1], g.bent[1])));
+            const V energy = hn::Add(hn::Add(stretched, bent), kink_energy(frame, weights));
+            for (std::size_t k = 0; k < kPairTets; ++k) total.add(plan, b + k, group, volume_ratio(g.edges[k], plan.batches[b + k], lane), energy);
+        }
+    return total.finish();
+}
+
 using ChunkSum = TetSum (*)(const ForcePlan&, const ForceChunk&, const LawConstants&, const NodeRecord*);
 
-ChunkSum pick_sum(MaterialLaw law, bool patched) {
+template <MaterialLaw kLaw>
+ChunkSum pick_elements(bool patched, bool prisms) {
+    return prisms ? &sum_pairs<kLaw> : patched ? &sum_patches<kLaw> : &sum_chunk<kLaw>;
+}
+
+ChunkSum pick_sum(MaterialLaw law, bool patched, bool prisms) {
     switch (law) {
     case MaterialLaw::StVK:
-        return patched ? &sum_patches<MaterialLaw::StVK> : &sum_chunk<MaterialLaw::StVK>;
+        return pick_elements<MaterialLaw::StVK>(patched, prisms);
     case MaterialLaw::Corotational:
-        return patched ? &sum_patches<MaterialLaw::Corotational> : &sum_chunk<MaterialLaw::Corotational>;
+        return pick_elements<MaterialLaw::Corotational>(patched, prisms);
     case MaterialLaw::MooneyRivlin:
-        return patched ? &sum_patches<MaterialLaw::MooneyRivlin> : &sum_chunk<MaterialLaw::MooneyRivlin>;
+        return pick_elements<MaterialLaw::MooneyRivlin>(patched, prisms);
     case MaterialLaw::Ogden:
-        return patched ? &sum_patches<MaterialLaw::Ogden> : &sum_chunk<MaterialLaw::Ogden>;
+        return pick_elements<MaterialLaw::Ogden>(patched, prisms);
     case MaterialLaw::Hgo:
-        return patched ? &sum_patches<MaterialLaw::Hgo> : &sum_chunk<MaterialLaw::Hgo>;
+        return pick_elements<MaterialLaw::Hgo>(patched, prisms);
     case MaterialLaw::NeoHookean:
         break;
     }
-    return patched ? &sum_patches<MaterialLaw::NeoHookean> : &sum_chunk<MaterialLaw::NeoHookean>;
+    return pick_elements<MaterialLaw::NeoHookean>(patched, prisms);
 }
 
 } // namespace HWY_NAMESPACE
@@ -161,7 +181,7 @@ HWY_EXPORT(pick_sum);
 } // namespace
 
 TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept {
-    const auto run = HWY_DYNAMIC_DISPATCH(pick_sum)(job.law, plan.patched());
+    const auto run = HWY_DYNAMIC_DISPATCH(pick_sum)(job.law, plan.patched(), !plan.prisms.empty());
     const std::size_t chunks = plan.chunks.size();
     for_each_block(chunks, job.threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) per_chunk[c] = run(plan, plan.chunks[c], job.constants, records.data());

@@ -10,24 +10,27 @@ namespace {
 
 constexpr double kFlat = 0.7; // [-] cosine between the normals of a pair
 
-/// Lower edges of prisms, each with the prisms beside it.
-std::vector<std::array<Index, 3>> find_neighbours(std::span<const Prism> prisms) {
-    std::vector<std::pair<std::array<Index, 2>, std::pair<Index, std::size_t>>> edges;
+/// Two prisms of a layer side by side, and how long the edge that they share is.
+struct SharedEdge {
+    double length_sq;
+    Index a, b;
+};
+
+/// By their lower edges; the longest first.
+std::vector<SharedEdge> find_neighbours(std::span<const Prism> prisms, std::span<const Vec3> x) {
+    std::vector<std::pair<std::array<Index, 2>, Index>> edges;
     for (std::size_t p = 0; p < prisms.size(); ++p)
         for (std::size_t side = 0; side < 3; ++side) {
             std::array<Index, 2> edge{prisms[p].node[(side + 1) % 3], prisms[p].node[(side + 2) % 3]};
             std::sort(edge.begin(), edge.end());
-            edges.push_back({edge, {static_cast<Index>(p), side}});
+            edges.push_back({edge, static_cast<Index>(p)});
         }
     std::sort(edges.begin(), edges.end());
-    std::vector<std::array<Index, 3>> neighbours(prisms.size(), {kNoIndex, kNoIndex, kNoIndex});
-    for (std::size_t k = 1; k < edges.size(); ++k) {
-        if (edges[k].first != edges[k - 1].first) continue;
-        const auto [a, side_a] = edges[k - 1].second;
-        const auto [b, side_b] = edges[k].second;
-        neighbours[a][side_a] = b, neighbours[b][side_b] = a;
-    }
-    return neighbours;
+    std::vector<SharedEdge> all;
+    for (std::size_t k = 1; k < edges.size(); ++k)
+        if (edges[k].first == edges[k - 1].first) all.push_back({(x[edges[k].first[1]] - x[edges[k].first[0]]).squaredNorm(), edges[k - 1].second, edges[k].second});
+    std::stable_sort(all.begin(), all.end(), [](const SharedEdge& a, const SharedEdge& b) { return a.length_sq > b.length_sq; });
+    return all;
 }
 
 } // namespace
@@ -72,27 +75,21 @@ std::vector<Index> pair_prisms(std::span<const Tet> tets, std::span<const Vec3> 
         if (n.dot(frame_of(prisms.back(), x).col(2)) < 0.0) n = -n;
         normal.push_back(n);
     }
-    const std::vector<std::array<Index, 3>> neighbours = find_neighbours(prisms);
+    std::vector<Index> other(prisms.size(), kNoIndex); // halves of a quadrilateral, which its diagonal, the longest of their edges, parts
+    for (const auto& [length_sq, a, b] : find_neighbours(prisms, x))
+        if (other[a] == kNoIndex && other[b] == kNoIndex && normal[a].dot(normal[b]) > kFlat) other[a] = b, other[b] = a;
     std::vector<bool> taken(prisms.size(), false);
-    const auto is_free = [&](Index p) { return p != kNoIndex && !taken[p]; };
     std::vector<Index> rows;
     const auto add = [&](Index prism) {
         for (Index k = 0; k < 3; ++k) rows.push_back(prism == kNoIndex ? kNoIndex : 3 * prism + k);
     };
-    for (const Index seed : order) {
-        const Index prism = seed / 3;
+    for (const Index tet : order) {
+        const Index prism = tet / 3;
         if (taken[prism]) continue;
         taken[prism] = true;
-        Index best = kNoIndex;
-        std::ptrdiff_t least = 4;
-        for (const Index other : neighbours[prism]) { // the one that would be left with fewest free neighbours of its own
-            if (!is_free(other) || !(normal[prism].dot(normal[other]) > kFlat)) continue;
-            const std::ptrdiff_t left = std::count_if(neighbours[other].begin(), neighbours[other].end(), is_free);
-            if (left < least) least = left, best = other;
-        }
-        if (best != kNoIndex) taken[best] = true;
+        if (other[prism] != kNoIndex) taken[other[prism]] = true;
         add(prism);
-        add(best);
+        add(other[prism]);
         rows.insert(rows.end(), {kNoIndex, kNoIndex});
     }
     return rows;

@@ -12,7 +12,8 @@ namespace trocar::fem {
 
 namespace {
 
-constexpr double kHoldShare = 0.03, kLeastHold = 0.005; // [-] w: this times (height / edge)^2, between the least and kPatchShare
+constexpr double kKinkShare = 0.03; // [-] w over t^2 / h^2
+constexpr double kShearReach = 0.1; // [-] 1 / s^2 = 1 + this times h^2 / t^2
 
 using SixByThree = Eigen::Matrix<double, 6, 3>;
 
@@ -38,22 +39,23 @@ PrismGradients find_gradients(const Prism& prism, std::span<const Vec3> x) {
     return g;
 }
 
-/// [3] matrices whose products with the gradients of a prism's tetrahedra have a sum that is `wanted` of its corners.
-std::array<Mat3, 3> spread(const Prism& prism, std::span<const Tet> tets, std::span<const TetShape> shapes, std::size_t first, const SixByThree& wanted) {
+/// [3] matrices whose products with the edges of a prism's tetrahedra have a sum that is `wanted` of its corners.
+std::array<Mat3, 3> spread(const Prism& prism, std::span<const Tet> tets, std::size_t first, const SixByThree& wanted, std::span<const TetShape> shapes) {
     Eigen::Matrix<double, 6, 9> rows = Eigen::Matrix<double, 6, 9>::Zero(); // of every tetrahedron the gradient of each corner's weight
-    for (int k = 0; k < 3; ++k)
+    std::array<Mat3, 3> inverse;
+    for (int k = 0; k < 3; ++k) {
+        const Tet& tet = tets[first + static_cast<std::size_t>(k)];
+        Mat3& to = inverse[static_cast<std::size_t>(k)];
+        for (int i = 0; i < 9; ++i) to(i / 3, i % 3) = shapes[first + static_cast<std::size_t>(k)].inverse[i];
         for (std::size_t corner = 0; corner < 4; ++corner) {
-            const Tet& tet = tets[first + static_cast<std::size_t>(k)];
-            const double* inverse = shapes[first + static_cast<std::size_t>(k)].inverse;
-            Vec3 gradient = Vec3::Zero();
-            for (int c = 0; c < 3; ++c)
-                if (corner == 0 || corner == static_cast<std::size_t>(c) + 1)
-                    for (int i = 0; i < 3; ++i) gradient[i] += (corner == 0 ? -1.0 : 1.0) * inverse[3 * c + i];
+            const Eigen::RowVector3d gradient = corner == 0 ? Eigen::RowVector3d(-to.colwise().sum()) : Eigen::RowVector3d(to.row(static_cast<int>(corner) - 1));
             const auto at = std::find(prism.node.begin(), prism.node.end(), tet[corner]) - prism.node.begin();
-            for (int i = 0; i < 3; ++i) rows(at, 3 * k + i) += gradient[i];
+            rows.row(at).segment<3>(3 * k) += gradient;
         }
+    }
     const Eigen::Matrix<double, 9, 3> found = rows.completeOrthogonalDecomposition().solve(wanted);
-    return {found.topRows<3>(), found.middleRows<3>(3), found.bottomRows<3>()};
+    for (int k = 0; k < 3; ++k) inverse[static_cast<std::size_t>(k)] *= found.middleRows<3>(3 * k);
+    return inverse;
 }
 
 /// Of one patch, where the plan has it.
@@ -61,44 +63,78 @@ struct PatchPlace {
     std::size_t first, lane;
 };
 
-void fill_patch(ForcePlan& plan, const PatchPlace& at, std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> x, Index sheet) {
-    const auto volume_at = [&](std::size_t k) { return plan.batches[at.first + k].volume[at.lane]; };
-    const auto tet_at = [&](std::size_t k) { return plan.tet_of[(at.first + k) * kBatch + at.lane]; };
-    double whole = 0.0, share[2] = {}, hold = 1.0;
-    for (std::size_t k = 0; k < 6; ++k) whole += volume_at(k), share[k / 3] += volume_at(k);
-    if (!(whole > 0.0)) return;
-    for (double& s : share) s /= whole;
-    const bool pair = share[1] > 0.0;
-    for (std::size_t p = 0; p < (pair ? 2u : 1u); ++p) {
-        const std::size_t first = tet_at(3 * p);
-        const Prism prism = prism_of(tets, first / 3, sheet);
-        const PrismGradients g = find_gradients(prism, x);
-        const std::array<Mat3, 3> middle = spread(prism, tets, shapes, first, g.middle), bend = spread(prism, tets, shapes, first, g.bend);
+/// What a pair's prisms add up to.
+struct PairShape {
+    Vec3 normal = Vec3::Zero(), edge = Vec3::Zero(); // across the wall, summed; one along it
+    double widest = 0.0, thickness = 0.0;            // h^2, of the wider; of the thinner, all layers of the wall
+
+    void add(const Mat3& frame, double layers) {
+        const Vec3 area = frame.col(0).cross(frame.col(1)), up = frame.col(2);
+        const double height = 2.0 * std::abs(area.normalized().dot(up)) * layers;
+        normal += area.dot(up) < 0.0 ? Vec3(-area) : area;
+        if (edge.isZero()) edge = frame.col(0);
+        thickness = widest > 0.0 ? std::min(thickness, height) : height;
+        widest = std::max(widest, area.norm()); // of right triangles the square of what is between edge and edge
+    }
+};
+
+class PairFiller {
+public:
+    PairFiller(ForcePlan& plan, std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> x, Index sheet)
+        : plan_(plan), tets_(tets), shapes_(shapes), x_(x), sheet_(sheet), layers_(static_cast<double>(x.size() / sheet) - 1.0) {}
+
+    void fill(const PatchPlace& at) {
+        double whole = 0.0, share[2] = {};
+        for (std::size_t k = 0; k < 6; ++k) whole += volume_at(at, k), share[k / 3] += volume_at(at, k);
+        if (!(whole > 0.0)) return;
+        for (double& s : share) s /= whole;
+        PairShape shape;
+        for (std::size_t p = 0; p < (share[1] > 0.0 ? 2u : 1u); ++p) shape.add(fill_prism(at, p, share), layers_);
+        PairBatch& pair = plan_.pairs[at.first / kPatch];
+        const Vec3 n = shape.normal.normalized(), along = (shape.edge - n * n.dot(shape.edge)).normalized(), beside = n.cross(along);
+        for (int i = 0; i < 3; ++i) pair.along[i][at.lane] = along[i], pair.along[3 + i][at.lane] = beside[i];
+        const double narrow = shape.thickness * shape.thickness / shape.widest, both = share[0] * share[1];
+        pair.shear[at.lane] = 1.0 / std::sqrt(1.0 + kShearReach / narrow);
+        pair.hold[at.lane] = both;
+        pair.kink[at.lane] = both * std::min(kKinkShare * narrow / kPatchShare, 1.0);
+        pair.volume[at.lane] = whole;
+    }
+
+private:
+    [[nodiscard]] double volume_at(const PatchPlace& at, std::size_t k) const { return plan_.batches[at.first + k].volume[at.lane]; }
+
+    Mat3 fill_prism(const PatchPlace& at, std::size_t p, const double (&share)[2]) {
+        const std::size_t first = plan_.tet_of[(at.first + 3 * p) * kBatch + at.lane];
+        const Prism prism = prism_of(tets_, first / 3, sheet_);
+        const PrismGradients g = find_gradients(prism, x_);
+        const std::array<Mat3, 3> middle = spread(prism, tets_, first, g.middle, shapes_), bend = spread(prism, tets_, first, g.bend, shapes_);
         for (std::size_t k = 0; k < 3; ++k) {
-            PrismBatch& to = plan.prisms[at.first + 3 * p + k];
+            PrismBatch& to = plan_.prisms[at.first + 3 * p + k];
             for (int i = 0; i < 9; ++i) {
                 to.mean[i][at.lane] = share[p] * middle[k](i / 3, i % 3);
                 to.bend[i][at.lane] = std::sqrt(share[p]) * bend[k](i / 3, i % 3);
             }
-            to.side[at.lane] = !pair ? 0.0 : (p == 0 ? 1.0 : -1.0) / share[p];
+            to.side[at.lane] = !(share[1] > 0.0) ? 0.0 : (p == 0 ? 1.0 : -1.0) / share[p];
         }
-        const Mat3 frame = frame_of(prism, x);
-        const double area = frame.col(0).cross(frame.col(1)).norm(), height = 2.0 * std::abs(normal_of(frame).dot(frame.col(2)));
-        hold = std::min(hold, height * height / area); // of right triangles: the square of what is between edge and edge
+        return frame_of(prism, x_);
     }
-    hold = std::clamp(kHoldShare * hold, kLeastHold, kPatchShare) / kPatchShare * share[0] * share[1];
-    for (std::size_t k = 0; k < kPatch; ++k) {
-        plan.prisms[at.first + k].volume[at.lane] = whole;
-        plan.prisms[at.first + k].hold[at.lane] = hold;
-    }
-}
+
+    ForcePlan& plan_;
+    std::span<const Tet> tets_;
+    std::span<const TetShape> shapes_;
+    std::span<const Vec3> x_;
+    Index sheet_;
+    double layers_;
+};
 
 } // namespace
 
 void fill_prisms(ForcePlan& plan, std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position, Index sheet) {
     plan.prisms.assign(plan.batches.size(), PrismBatch{});
+    plan.pairs.assign(plan.batches.size() / kPatch, PairBatch{});
+    PairFiller filler(plan, tets, shapes, rest_position, sheet);
     for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
-        for (std::size_t lane = 0; lane < kBatch; ++lane) fill_patch(plan, {first, lane}, tets, shapes, rest_position, sheet);
+        for (std::size_t lane = 0; lane < kBatch; ++lane) filler.fill({first, lane});
 }
 
 } // namespace trocar::fem

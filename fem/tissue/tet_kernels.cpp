@@ -14,6 +14,7 @@
 #include "fem/tissue/tet_lanes-inl.hpp"
 #include "fem/tissue/tet_laws-inl.hpp"
 #include "fem/tissue/tet_patches-inl.hpp"
+#include "fem/tissue/tet_prisms-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
@@ -56,7 +57,10 @@ Extremes run_patches(const ForcePlan& plan, const ForceChunk& chunk, const TetJo
     clear_slots(chunk, partial);
     LaneExtremes extremes;
     for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
-        run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+        if (plan.prisms.empty())
+            run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+        else
+            run_pair_row<Law, kKernel>(plan, b, job, records, partial, extremes);
     return extremes.reduce();
 }
 

@@ -12,48 +12,14 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem::HWY_NAMESPACE {
 
-/// Gradients of a patch's tets, and their mean. Of a pair of prisms too: the difference of its two, and how each of them bends.
+/// Gradients of a patch's tets, and their mean.
 struct PatchGradients {
     M3 each[kPatch], mean;
-    M3 jump, bent[2];
 };
-
-HWY_INLINE M3 zero_matrix() {
-    M3 zero;
-    TROCAR_UNROLL for (int i = 0; i < 9; ++i) zero.m[i] = hn::Zero(D8());
-    return zero;
-}
-
-HWY_INLINE M3 load_matrix(const double (&m)[9][kBatch], std::size_t lane) {
-    M3 loaded;
-    TROCAR_UNROLL for (int i = 0; i < 9; ++i) loaded.m[i] = hn::Load(D8(), m[i] + lane);
-    return loaded;
-}
-
-constexpr std::size_t kPrismTets = 3;
-
-/// Places of a patch that may have a tet.
-HWY_INLINE std::size_t filled(const ForcePlan& plan) { return plan.prisms.empty() ? kPatch : 2 * kPrismTets; }
-
-HWY_INLINE void load_prisms(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records, bool second, PatchGradients& g) {
-    g.mean = g.jump = g.bent[0] = g.bent[1] = zero_matrix();
-    for (std::size_t k = 0; k < 2 * kPrismTets; ++k) {
-        const TetBatch& batch = plan.batches[first + k];
-        g.each[k] = mul(load_edges(batch, lane, records, second), load_inverse(batch, lane));
-        const PrismBatch& prism = plan.prisms[first + k];
-        const M3 part = mul(g.each[k], load_matrix(prism.mean, lane));
-        M3& bent = g.bent[k / kPrismTets];
-        TROCAR_UNROLL for (int i = 0; i < 9; ++i) g.mean.m[i] = hn::Add(g.mean.m[i], part.m[i]);
-        g.jump = scaled_add(part, hn::Load(D8(), prism.side + lane), g.jump);
-        const M3 curved = mul(g.each[k], load_matrix(prism.bend, lane));
-        TROCAR_UNROLL for (int i = 0; i < 9; ++i) bent.m[i] = hn::Add(bent.m[i], curved.m[i]);
-    }
-}
 
 /// first: batch of the patch's first tets. second: of v instead of x.
 HWY_INLINE void load_patch(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records, bool second,
                            PatchGradients& g) {
-    if (!plan.prisms.empty()) return load_prisms(plan, first, lane, records, second, g);
     TROCAR_UNROLL for (int i = 0; i < 9; ++i) g.mean.m[i] = hn::Zero(D8());
     for (std::size_t k = 0; k < kPatch; ++k) {
         const TetBatch& batch = plan.batches[first + k];
@@ -78,7 +44,7 @@ HWY_INLINE M3 mean_stress(const TetJob& job, const FibreBatch* fibres, std::size
 /// kLanes patches between their two rounds over tets.
 struct PatchWork {
     PatchGradients g, along;
-    M3 common; // stress of every tet but patch F_e; of prisms, of the mean
+    M3 common; // stress of every tet but patch F_e
     V growth;
 };
 
@@ -90,19 +56,12 @@ HWY_INLINE void begin_patch(const ForcePlan& plan, std::size_t first, std::size_
     if constexpr (kAlong) load_patch(plan, first, lane, records, true, w.along);
     V tangent = set(0.0), size_sq = set(0.0);
     const M3 mean = mean_stress<Law, kKernel>(job, fibres_of(plan, first), lane, w.g, w.along, tangent);
-    w.common = plan.prisms.empty() ? scaled_add(kAlong ? w.along.mean : w.g.mean, set(-job.constants.patch), mean) : mean;
+    w.common = scaled_add(kAlong ? w.along.mean : w.g.mean, set(-job.constants.patch), mean);
     w.growth = set(1.0);
     if constexpr (kAlong) return;
     if constexpr (kSize)
-        for (std::size_t k = 0; k < filled(plan); ++k) size_sq = hn::Max(size_sq, contract(w.g.each[k], w.g.each[k]));
+        for (std::size_t k = 0; k < kPatch; ++k) size_sq = hn::Max(size_sq, contract(w.g.each[k], w.g.each[k]));
     w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
-}
-
-/// What the patches' energy, of their whole volume, changes by with the gradients of their k-th tets.
-HWY_INLINE M3 prism_stress(const PrismBatch& prism, std::size_t k, std::size_t lane, const LawConstants& constants, const M3& common, const PatchGradients& g) {
-    const V hold = hn::Mul(hn::Mul(set(constants.patch), hn::Load(D8(), prism.hold + lane)), hn::Load(D8(), prism.side + lane));
-    const M3 stress = mult(scaled_add(g.jump, hold, common), load_matrix(prism.mean, lane));
-    return scaled_add(mult(g.bent[k / kPrismTets], load_matrix(prism.bend, lane)), set(constants.bend), stress);
 }
 
 /// Forces of the patches' k-th tets.
@@ -117,11 +76,7 @@ HWY_INLINE void end_patch(const ForcePlan& plan, std::size_t b, std::size_t k, s
     const M3& f = w.g.each[k];
     const M3& by = kAlong ? w.along.each[k] : f;
     const V det = determinant(f, cofactors(f));
-    M3 stress;
-    if (plan.prisms.empty())
-        stress = scaled(scaled_add(by, set(job.constants.patch), w.common), factor);
-    else
-        stress = scaled(prism_stress(plan.prisms[b], k, lane, job.constants, w.common, kAlong ? w.along : w.g), hn::Neg(hn::Load(D8(), plan.prisms[b].volume + lane)));
+    M3 stress = scaled(scaled_add(by, set(job.constants.patch), w.common), factor);
     if constexpr (kAlong)
         extremes.note(det, hn::Neg(contract(w.along.each[k], stress)), place);
     else
@@ -137,7 +92,7 @@ HWY_INLINE void run_patch_row(const ForcePlan& plan, std::size_t first, const Te
     PatchWork work[kBatch / kLanes];
     for (std::size_t group = 0; group < kBatch / kLanes; ++group)
         begin_patch<Law, kKernel>(plan, first, group * kLanes, job, records, work[group]);
-    for (std::size_t k = 0; k < filled(plan); ++k)
+    for (std::size_t k = 0; k < kPatch; ++k)
         for (std::size_t group = 0; group < kBatch / kLanes; ++group)
             end_patch<Law, kKernel>(plan, first + k, k, group * kLanes, job, records, work[group], partial, extremes);
 }

@@ -105,7 +105,7 @@ TEST(WallMesh, WidensUnderPressureAsLameSaysAndConverges) {
                 std::printf("sphere, nu %g, %u layers, %s: %.3f %.3f\n", nu, layers, elements == TetElements::Prisms ? "prisms" : "patches", coarse, fine);
                 EXPECT_NEAR(fine, 1.0, elements == TetElements::Prisms ? 0.015 : 0.03) << nu << " " << layers;
                 if (elements == TetElements::Prisms) {
-                    EXPECT_NEAR(coarse, 1.0, 0.02) << nu << " " << layers;
+                    EXPECT_NEAR(coarse, 1.0, 0.08) << nu << " " << layers;
                 } else {
                     EXPECT_LT(std::abs(fine - 1.0), std::abs(coarse - 1.0) + 0.002) << nu << " " << layers;
                 }
@@ -146,6 +146,19 @@ TEST(WallMesh, OfPrismsGivesWayAsManyFineLayersDoHoweverFine) {
         std::printf("%u around: prisms %.2f, patches %.2f\n", around, prisms, patches);
         EXPECT_NEAR(prisms / reference, 1.0, 0.15) << around;
     }
+}
+
+TEST(WallMesh, OfPrismsBendsAsAPlateHoweverWideAndUnevenItsTriangles) {
+    for (const double uneven : {0.0, 0.25})
+        for (const double thickness : {1.0 / 20.0, 1.0 / 67.0, 1.0 / 200.0}) {
+            std::printf("plate of %.4f, uneven by %.2f:", thickness, uneven);
+            for (const Index cells : {8u, 16u, 24u}) {
+                const double ratio = pressed_plate_ratio(cells, thickness, uneven, TetElements::Prisms);
+                std::printf(" %.1f: %.3f", 1.0 / (cells * thickness), ratio);
+                EXPECT_NEAR(ratio, 1.0, 0.12) << cells << " cells, thickness " << thickness;
+            }
+            std::printf("\n");
+        }
 }
 
 TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
@@ -208,14 +221,18 @@ TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
         }
         EXPECT_LT(off, 1e-5 * size);
     }
-    // A stretch of all of it, however oblique, is felt as by any tetrahedra of the law.
+    // A growth of all of it is felt as by any tetrahedra of the law; a stretch that shears it across, a little less.
     material.elements = TetElements::Linear;
     const TissueModel linear = make_tissue_model(wall->tets, material, {}).value();
     Mat3 stretch = Mat3::Identity();
     for (int i = 0; i < 9; ++i) stretch(i / 3, i % 3) += 0.1 * normal(engine);
-    std::vector<Vec3> stretched = model.rest_position;
+    std::vector<Vec3> stretched = model.rest_position, grown = stretched;
     for (Vec3& x : stretched) x = stretch * x;
-    EXPECT_NEAR(measure_tets(model, stretched).elastic_energy / measure_tets(linear, stretched).elastic_energy, 1.0, 1e-9);
+    for (Vec3& x : grown) x *= 1.1;
+    const auto over_linear = [&](const std::vector<Vec3>& x) { return measure_tets(model, x).elastic_energy / measure_tets(linear, x).elastic_energy; };
+    EXPECT_NEAR(over_linear(grown), 1.0, 1e-9);
+    EXPECT_LT(over_linear(stretched), 1.0);
+    EXPECT_GT(over_linear(stretched), 0.9);
     material.elements = TetElements::Prisms;
     EXPECT_FALSE(make_tissue_model(wall->tets, material, {}, {}, sheet + 1).ok());
     EXPECT_FALSE(make_tissue_model(wall->tets, material, {}).ok());

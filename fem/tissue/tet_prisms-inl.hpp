@@ -1,0 +1,335 @@
+// Forces of a vector of pairs of prisms (prisms.hpp): the law is asked once for what both are stretched by.
+// Translated once for every instruction set by tet_kernels.cpp and measure_kernels.cpp.
+#if defined(TROCAR_FEM_TET_PRISMS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TROCAR_FEM_TET_PRISMS_INL
+#undef TROCAR_FEM_TET_PRISMS_INL
+#else
+#define TROCAR_FEM_TET_PRISMS_INL
+#endif
+
+#include "fem/tissue/prisms.hpp"
+#include "fem/tissue/tet_laws-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::fem::HWY_NAMESPACE {
+
+inline constexpr std::size_t kPrismTets = 3, kPairTets = 2 * kPrismTets;
+
+HWY_INLINE M3 zero_matrix() {
+    M3 zero;
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) zero.m[i] = hn::Zero(D8());
+    return zero;
+}
+
+HWY_INLINE M3 load_matrix(const double (&m)[9][kBatch], std::size_t lane) {
+    M3 loaded;
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) loaded.m[i] = hn::Load(D8(), m[i] + lane);
+    return loaded;
+}
+
+/// What a pair feels, linear in its nodes' positions: mean gradient Fm, the difference of its two prisms' gradients, and how each bends.
+struct PairGradients {
+    M3 edges[kPairTets]; // of its tetrahedra
+    M3 mean, jump, bent[2];
+};
+
+/// first: batch of the pairs' first tetrahedra. second: of v instead of x.
+HWY_INLINE void load_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records, bool second, PairGradients& g) {
+    g.mean = g.jump = g.bent[0] = g.bent[1] = zero_matrix();
+    for (std::size_t k = 0; k < kPairTets; ++k) {
+        g.edges[k] = load_edges(plan.batches[first + k], lane, records, second);
+        const PrismBatch& prism = plan.prisms[first + k];
+        const M3 part = mul(g.edges[k], load_matrix(prism.mean, lane)), curved = mul(g.edges[k], load_matrix(prism.bend, lane));
+        const V side = hn::Load(D8(), prism.side + lane);
+        M3& bent = g.bent[k / kPrismTets];
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) {
+            g.mean.m[i] = hn::Add(g.mean.m[i], part.m[i]);
+            g.jump.m[i] = fma(part.m[i], side, g.jump.m[i]);
+            bent.m[i] = hn::Add(bent.m[i], curved.m[i]);
+        }
+    }
+}
+
+/// A number, and how fast it changes along a displacement.
+struct Dual {
+    V value, rate;
+};
+HWY_INLINE V plus(V a, V b) { return hn::Add(a, b); }
+HWY_INLINE V minus(V a, V b) { return hn::Sub(a, b); }
+HWY_INLINE V times(V a, V b) { return hn::Mul(a, b); }
+HWY_INLINE Dual plus(const Dual& a, const Dual& b) { return {hn::Add(a.value, b.value), hn::Add(a.rate, b.rate)}; }
+HWY_INLINE Dual minus(const Dual& a, const Dual& b) { return {hn::Sub(a.value, b.value), hn::Sub(a.rate, b.rate)}; }
+HWY_INLINE Dual times(const Dual& a, const Dual& b) { return {hn::Mul(a.value, b.value), fma(a.value, b.rate, hn::Mul(a.rate, b.value))}; }
+HWY_INLINE Dual times(const Dual& a, V b) { return {hn::Mul(a.value, b), hn::Mul(a.rate, b)}; }
+
+/// Of a length squared: 1 / length; of less than kLeastPairArea: 1 / that.
+HWY_INLINE V per_length(V square) { return hn::Div(set(1.0), hn::Sqrt(hn::Max(square, set(kLeastPairArea * kLeastPairArea)))); }
+HWY_INLINE Dual per_length(const Dual& square) {
+    const V value = per_length(square.value);
+    const V rate = hn::Mul(hn::Mul(set(-0.5), square.rate), hn::Mul(hn::Mul(value, value), value));
+    return {value, hn::IfThenElseZero(hn::Gt(square.value, set(kLeastPairArea * kLeastPairArea)), rate)};
+}
+/// 1 where the normal has length 1, 0 where it is shorter.
+HWY_INLINE V is_unit(V square) { return hn::IfThenElseZero(hn::Gt(square, set(kLeastPairArea * kLeastPairArea)), set(1.0)); }
+HWY_INLINE V is_unit(const Dual& square) { return is_unit(square.value); }
+
+/// Three numbers of each pair.
+template <class S>
+struct Three {
+    S x, y, z;
+};
+template <class S>
+HWY_INLINE S inner(const Three<S>& a, const Three<S>& b) {
+    return plus(plus(times(a.x, b.x), times(a.y, b.y)), times(a.z, b.z));
+}
+template <class S>
+HWY_INLINE Three<S> cross(const Three<S>& a, const Three<S>& b) {
+    return {minus(times(a.y, b.z), times(a.z, b.y)), minus(times(a.z, b.x), times(a.x, b.z)), minus(times(a.x, b.y), times(a.y, b.x))};
+}
+template <class S, class T>
+HWY_INLINE Three<S> times_each(const Three<S>& a, const T& s) {
+    return {times(a.x, s), times(a.y, s), times(a.z, s)};
+}
+template <class S>
+HWY_INLINE Three<S> plus(const Three<S>& a, const Three<S>& b) {
+    return {plus(a.x, b.x), plus(a.y, b.y), plus(a.z, b.z)};
+}
+template <class S>
+HWY_INLINE Three<S> minus(const Three<S>& a, const Three<S>& b) {
+    return {minus(a.x, b.x), minus(a.y, b.y), minus(a.z, b.z)};
+}
+
+/// Rest axes of pairs: two along the wall, one across.
+struct PairAxes {
+    Three<V> first, second, across;
+};
+HWY_INLINE PairAxes load_axes(const PairBatch& pair, std::size_t lane) {
+    const auto at = [&](int i) HWY_ATTR { return hn::Load(D8(), pair.along[i] + lane); };
+    PairAxes axes{{at(0), at(1), at(2)}, {at(3), at(4), at(5)}, {}};
+    axes.across = cross(axes.first, axes.second);
+    return axes;
+}
+
+/// a v; with rates, those of b v
+HWY_INLINE Three<V> along_axis(const M3& a, const Three<V>& v) {
+    const auto row = [&](int i) HWY_ATTR { return dot(a.m[i], v.x, a.m[i + 1], v.y, a.m[i + 2], v.z); };
+    return {row(0), row(3), row(6)};
+}
+HWY_INLINE Three<Dual> along_axis(const M3& a, const M3& b, const Three<V>& v) {
+    const Three<V> value = along_axis(a, v), rate = along_axis(b, v);
+    return {{value.x, rate.x}, {value.y, rate.y}, {value.z, rate.z}};
+}
+HWY_INLINE const V& rate_of(const V& s) { return s; }
+HWY_INLINE const V& rate_of(const Dual& s) { return s.rate; }
+HWY_INLINE const V& value_of(const V& s) { return s; }
+HWY_INLINE const V& value_of(const Dual& s) { return s.value; }
+
+/// to + u v^T with u's value, or its rate
+template <class S>
+HWY_INLINE void add_values(const Three<S>& u, const Three<V>& v, M3& to) {
+    const V of[3] = {value_of(u.x), value_of(u.y), value_of(u.z)}, by[3] = {v.x, v.y, v.z};
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
+}
+template <class S>
+HWY_INLINE void add_rates(const Three<S>& u, const Three<V>& v, M3& to) {
+    const V of[3] = {rate_of(u.x), rate_of(u.y), rate_of(u.z)}, by[3] = {v.x, v.y, v.z};
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
+}
+
+/// The pair's three edges as they stand, its normal N, and how far the third leans out of it.
+template <class S>
+struct PairFrame {
+    Three<S> first, second, up; // Fm times the rest axes
+    Three<S> normal;            // N
+    S per_area, high;           // 1 / |first x second|, N . up
+    Three<S> lean;              // up - N high
+    Three<S> kink[2];           // jump times the rest axes along the wall
+    S step[2];                  // N . kink
+    V unit;                     // is_unit
+};
+
+template <class S>
+HWY_INLINE void complete(PairFrame<S>& f) {
+    const Three<S> area = cross(f.first, f.second);
+    const S square = inner(area, area);
+    f.unit = is_unit(square);
+    f.per_area = per_length(square);
+    f.normal = times_each(area, f.per_area);
+    f.high = inner(f.normal, f.up);
+    f.lean = minus(f.up, times_each(f.normal, f.high));
+    for (int i = 0; i < 2; ++i) f.step[i] = inner(f.normal, f.kink[i]);
+}
+
+HWY_INLINE PairFrame<V> find_frame(const PairGradients& g, const PairAxes& axes) {
+    PairFrame<V> f;
+    f.first = along_axis(g.mean, axes.first), f.second = along_axis(g.mean, axes.second), f.up = along_axis(g.mean, axes.across);
+    f.kink[0] = along_axis(g.jump, axes.first), f.kink[1] = along_axis(g.jump, axes.second);
+    complete(f);
+    return f;
+}
+HWY_INLINE PairFrame<Dual> find_frame(const PairGradients& g, const PairGradients& along, const PairAxes& axes) {
+    PairFrame<Dual> f;
+    f.first = along_axis(g.mean, along.mean, axes.first), f.second = along_axis(g.mean, along.mean, axes.second), f.up = along_axis(g.mean, along.mean, axes.across);
+    f.kink[0] = along_axis(g.jump, along.jump, axes.first), f.kink[1] = along_axis(g.jump, along.jump, axes.second);
+    complete(f);
+    return f;
+}
+
+/// How a pair resists besides by the law.
+struct PairWeights {
+    V less;       // of the leaning, what the law does not see
+    V hold, kink; // Pa: of what the prisms differ by along the wall, across it
+};
+HWY_INLINE PairWeights load_weights(const PairBatch& pair, std::size_t lane, const LawConstants& constants) {
+    const auto of_law = [&](const double* share) HWY_ATTR { return hn::Mul(set(constants.patch), hn::Load(D8(), share + lane)); };
+    return {hn::Sub(set(1.0), hn::Load(D8(), pair.shear + lane)), of_law(pair.hold), of_law(pair.kink)};
+}
+
+/// The gradient that the law is asked for: Fm with less of the leaning.
+template <class S>
+HWY_INLINE M3 softened(const M3& mean, const PairFrame<S>& f, const PairAxes& axes, V less) {
+    M3 soft = mean;
+    add_values(times_each(f.lean, hn::Neg(less)), axes.across, soft);
+    return soft;
+}
+
+/// Energy by kinks, J/m^3.
+HWY_INLINE V kink_energy(const PairFrame<V>& f, const PairWeights& w) {
+    const V all = hn::Add(inner(f.kink[0], f.kink[0]), inner(f.kink[1], f.kink[1]));
+    const V across = fma(f.step[0], f.step[0], hn::Mul(f.step[1], f.step[1]));
+    return hn::Mul(set(0.5), fma(w.hold, all, hn::Mul(hn::Sub(w.kink, w.hold), across)));
+}
+
+/// What the pair's energy changes by with Fm and with its jump, the law's own stress aside.
+template <class S>
+struct PairStress {
+    Three<S> first, second, up, kink[2]; // of Fm's and the jump's columns along the rest axes
+};
+
+/// pull: the law's stress times the axis across.
+template <class S>
+HWY_INLINE PairStress<S> pull_back(const PairFrame<S>& f, const Three<S>& pull, const PairWeights& w) {
+    PairStress<S> s;
+    const S across = inner(f.normal, pull);
+    s.up = times_each(minus(pull, times_each(f.normal, across)), hn::Neg(w.less));
+    Three<S> turn = times_each(plus(times_each(pull, f.high), times_each(f.up, across)), w.less); // d energy / d N
+    const V more = hn::Sub(w.kink, w.hold);
+    for (int i = 0; i < 2; ++i) {
+        s.kink[i] = plus(times_each(f.kink[i], w.hold), times_each(times_each(f.normal, f.step[i]), more));
+        turn = plus(turn, times_each(times_each(f.kink[i], f.step[i]), more));
+    }
+    turn = times_each(minus(turn, times_each(times_each(f.normal, inner(f.normal, turn)), f.unit)), f.per_area);
+    s.first = cross(f.second, turn);
+    s.second = cross(turn, f.first);
+    return s;
+}
+
+/// kLanes pairs between their two rounds over tetrahedra. Of products with a displacement the rates of all.
+struct PairWork {
+    PairGradients g, along;
+    M3 mean, jump; // what the energy changes by with Fm, and with the jump
+    V growth;
+};
+
+template <class Law>
+HWY_INLINE void begin_force(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w, V& tangent) {
+    const PairFrame<V> frame = find_frame(w.g, axes);
+    const M3 soft = softened(w.g.mean, frame, axes, weights.less), cof = cofactors(soft);
+    w.mean = Law::stress(c, soft, cof, determinant(soft, cof), tangent);
+    const PairStress<V> s = pull_back(frame, along_axis(w.mean, axes.across), weights);
+    add_values(s.first, axes.first, w.mean);
+    add_values(s.second, axes.second, w.mean);
+    add_values(s.up, axes.across, w.mean);
+    w.jump = zero_matrix();
+    add_values(s.kink[0], axes.first, w.jump);
+    add_values(s.kink[1], axes.second, w.jump);
+}
+
+template <class Law>
+HWY_INLINE void begin_product(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w) {
+    const PairFrame<Dual> frame = find_frame(w.g, w.along, axes);
+    const M3 soft = softened(w.g.mean, frame, axes, weights.less), cof = cofactors(soft);
+    M3 softly = w.along.mean;
+    add_rates(times_each(frame.lean, hn::Neg(weights.less)), axes.across, softly);
+    const V det = determinant(soft, cof);
+    V unused;
+    const M3 stress = Law::stress(c, soft, cof, det, unused);
+    w.mean = Law::stress_along(c, soft, cof, det, softly);
+    const Three<V> pull = along_axis(stress, axes.across), rate = along_axis(w.mean, axes.across);
+    const PairStress<Dual> s = pull_back(frame, {{pull.x, rate.x}, {pull.y, rate.y}, {pull.z, rate.z}}, weights);
+    add_rates(s.first, axes.first, w.mean);
+    add_rates(s.second, axes.second, w.mean);
+    add_rates(s.up, axes.across, w.mean);
+    w.jump = zero_matrix();
+    add_rates(s.kink[0], axes.first, w.jump);
+    add_rates(s.kink[1], axes.second, w.jump);
+}
+
+template <class Law, TetKernel kKernel>
+HWY_INLINE void begin_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const TetJob& job, const NodeRecord* records, PairWork& w) {
+    constexpr bool kAlong = kKernel == TetKernel::Stiffness, kSize = kKernel == TetKernel::ViscousForce || Law::kTurns;
+    const PairBatch& pair = plan.pairs[first / kPatch];
+    const PairAxes axes = load_axes(pair, lane);
+    const PairWeights weights = load_weights(pair, lane, job.constants);
+    const Constants c(job.constants, set(1.0), fibres_of(plan, first), lane);
+    load_pair(plan, first, lane, records, false, w.g);
+    w.growth = set(1.0);
+    if constexpr (kAlong) {
+        load_pair(plan, first, lane, records, true, w.along);
+        begin_product<Law>(c, axes, weights, w);
+    } else {
+        V tangent = set(0.0), size_sq = set(0.0);
+        begin_force<Law>(c, axes, weights, w, tangent);
+        if constexpr (kSize)
+            for (std::size_t k = 0; k < kPairTets; ++k) size_sq = hn::Max(size_sq, contract(mul(w.g.edges[k], load_gram(plan.batches[first + k], lane)), w.g.edges[k]));
+        w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
+    }
+}
+
+/// det F of a tetrahedron with these edges.
+HWY_INLINE V volume_ratio(const M3& edges, const TetBatch& batch, std::size_t lane) {
+    return hn::Mul(determinant(edges, cofactors(edges)), hn::Load(D8(), batch.inverse_det + lane));
+}
+
+/// Forces of the pairs' k-th tetrahedra.
+template <class Law, TetKernel kKernel>
+HWY_INLINE void end_pair(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const TetJob& job, const NodeRecord* records, const PairWork& w,
+                         PartialForce* partial, LaneExtremes& extremes) {
+    constexpr bool kAlong = kKernel == TetKernel::Stiffness;
+    const std::size_t b = first + k;
+    const TetBatch& batch = plan.batches[b];
+    const PrismBatch& prism = plan.prisms[b];
+    const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
+    const V det = volume_ratio(w.g.edges[k], batch, lane);
+    const M3 felt = scaled_add(w.jump, hn::Load(D8(), prism.side + lane), w.mean);
+    const M3 bent = scaled((kAlong ? w.along : w.g).bent[k / kPrismTets], set(job.constants.bend));
+    M3 force = mult(felt, load_matrix(prism.mean, lane));
+    const M3 curved = mult(bent, load_matrix(prism.bend, lane));
+    const V factor = hn::Neg(hn::Load(D8(), plan.pairs[first / kPatch].volume + lane)); // a force is -V d energy / d edges
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Mul(hn::Add(force.m[i], curved.m[i]), factor);
+    if constexpr (kAlong)
+        extremes.note(det, hn::Neg(contract(w.along.edges[k], force)), place);
+    else
+        extremes.note(det, w.growth, place);
+    if constexpr (kKernel == TetKernel::ViscousForce) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(w.g.edges[k], inverse);
+        const M3 drag = mult(mul(f, find_drag(batch, lane, job, hn::Neg(hn::Load(D8(), batch.volume + lane)), inverse, f, records)), inverse);
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Add(force.m[i], drag.m[i]);
+    }
+    add_to_slots(force, batch, lane, partial);
+}
+
+/// Forces of a row of pairs, batch by batch whatever the number of lanes: the order of the sums makes the bits.
+template <class Law, TetKernel kKernel>
+HWY_INLINE void run_pair_row(const ForcePlan& plan, std::size_t first, const TetJob& job, const NodeRecord* records, PartialForce* partial, LaneExtremes& extremes) {
+    PairWork work[kBatch / kLanes];
+    for (std::size_t group = 0; group < kBatch / kLanes; ++group) begin_pair<Law, kKernel>(plan, first, group * kLanes, job, records, work[group]);
+    for (std::size_t k = 0; k < kPairTets; ++k)
+        for (std::size_t group = 0; group < kBatch / kLanes; ++group)
+            end_pair<Law, kKernel>(plan, first, k, group * kLanes, job, records, work[group], partial, extremes);
+}
+
+} // namespace trocar::fem::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
