@@ -90,6 +90,12 @@ void press_and_swell(std::vector<LiteratureRow>& rows, bool quick) {
     pressed.stated = 24.0;
     const double fine = quick ? fem::pressed_tube_way(36, 3, 0.45, kPatched) : fem::pressed_tube_way(54, 4, 0.45, kPatched);
     fill(rows, std::move(pressed), [&](Index around) { return fem::pressed_tube_way(around, 1, 0.45, fem::TetElements::Prisms) / fine; });
+    LiteratureRow plate = tissue_row("vessel's wall, flat, a fortieth of its side thick, one layer, uneven triangles, clamped around, under pressure",
+                                     "way of its middle over the thin plate's", "Timoshenko & Woinowsky-Krieger 1959", 1.0,
+                                     quick ? std::vector<double>{8, 16} : std::vector<double>{8, 16, 24, 32});
+    plate.size_name = "triangles' edges along a side";
+    plate.stated = 16.0;
+    fill(rows, std::move(plate), [](Index cells) { return fem::pressed_plate_ratio(cells, 1.0 / 40.0, 0.25, fem::TetElements::Prisms); });
     fill_ratios(rows, "artery's ring under pressure, radii 1 and 1.4", "bore's widening over Lame's", "Lame 1852, plane stress", {0.3, 0.49}, sizes,
                 fem::ring_ratio);
     for (const double widening : {0.1, 0.3}) {

@@ -93,21 +93,12 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
     return std::move(lattice->tets);
 }
 
-/// [-] of a wall's thickness: up to so long edges its prisms bend as a shell does within about a third (docs/tissue.md).
-constexpr double kWidePrisms = 2.5;
+bool is_wall(const SceneBody& body) noexcept { return body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall; }
 
 /// A wall bends, whatever its law.
 bool is_in_prisms(const SceneBody& body) noexcept {
-    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall, chosen = body.material.elements == fem::TetElements::Automatic;
-    return body.material.elements == fem::TetElements::Prisms || (is_wall && chosen && body.material.law != fem::MaterialLaw::StVK);
-}
-
-/// m; of triangles of one size and shape.
-double mean_edge(const TriMesh& surface) {
-    double area = 0.0;
-    for (const Triangle& t : surface.triangles)
-        area += 0.5 * (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]).norm();
-    return std::sqrt(4.0 / std::sqrt(3.0) * area / static_cast<double>(surface.triangles.size()));
+    const bool chosen = body.material.elements == fem::TetElements::Automatic;
+    return body.material.elements == fem::TetElements::Prisms || (is_wall(body) && chosen && body.material.law != fem::MaterialLaw::StVK);
 }
 
 /// Around the lumen's surface, simplified where it has more triangles than asked for; to other numbers where the wall of one folds over.
@@ -133,10 +124,6 @@ Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const R
         }
         remarks.notes.push_back(fmt::format("a wall of {:.3g} mm in {} layer{} around {} triangles", 1e3 * body.coarse.thickness, body.coarse.layers,
                                             body.coarse.layers == 1 ? "" : "s", inner.triangles.size()));
-        if (const double wide = mean_edge(inner) / body.coarse.thickness; wide > kWidePrisms && is_in_prisms(body))
-            remarks.notes.push_back(fmt::format("its triangles' edges are {:.2g} times as long as it is thick: prisms wider than {:g} times that bend too stiffly; what helps: more "
-                                                "\"surface_triangles\" than {}",
-                                                wide, kWidePrisms, body.coarse.surface_triangles));
         if (wall->thinned > 0)
             remarks.notes.push_back(fmt::format("thinner at {} of its {} places, where it would fold over: {:.2g} of its thickness at {}", wall->thinned,
                                                 inner.vertices.size(), wall->least_share, place));
@@ -257,8 +244,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
     if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
-    const bool is_wall = body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Wall;
-    const auto sheet = is_wall ? static_cast<Index>(mesh->vertices.size() / (body.coarse.layers + 1)) : 0;
+    const auto sheet = is_wall(body) ? static_cast<Index>(mesh->vertices.size() / (body.coarse.layers + 1)) : 0;
     Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, regions->contrast(), sheet);
     if (!tissue.ok())
         return scene_error(scene, key,

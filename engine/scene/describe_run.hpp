@@ -39,7 +39,8 @@ struct TimeKeys {
             key(s.integrator, choice_field("integrator", {"auto", "rk4", "leapfrog", "implicit"},
                                            "Of the tissue: Runge-Kutta 4, leapfrog with a third of its evaluations and second order, or an implicit rule of second "
                                            "order that takes one sub-step as a rule, however stiff or thin the tissue is, and damps what is faster. auto: rk4, but implicit for held "
-                                           "bodies of which a step would have more than 100 sub-steps; explain says which.")),
+                                           "bodies of which a step would have more than 100 sub-steps; explain says which. A wall and the organ that it is joined to take leapfrog "
+                                           "instead of rk4.")),
             object_key<PaceKeys>(
                 s.pace, object_field("pace", table_of<PaceKeys>(), "When steps of a run begin; as soon as they can when absent.")));
     }

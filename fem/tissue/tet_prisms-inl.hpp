@@ -119,20 +119,17 @@ HWY_INLINE Three<Dual> along_axis(const M3& a, const M3& b, const Three<V>& v) {
     const Three<V> value = along_axis(a, v), rate = along_axis(b, v);
     return {{value.x, rate.x}, {value.y, rate.y}, {value.z, rate.z}};
 }
-HWY_INLINE const V& rate_of(const V& s) { return s; }
-HWY_INLINE const V& rate_of(const Dual& s) { return s.rate; }
 HWY_INLINE const V& value_of(const V& s) { return s; }
 HWY_INLINE const V& value_of(const Dual& s) { return s.value; }
 
-/// to + u v^T with u's value, or its rate
+/// to += u v^T: of u's values, or of its rates
 template <class S>
 HWY_INLINE void add_values(const Three<S>& u, const Three<V>& v, M3& to) {
     const V of[3] = {value_of(u.x), value_of(u.y), value_of(u.z)}, by[3] = {v.x, v.y, v.z};
     TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
 }
-template <class S>
-HWY_INLINE void add_rates(const Three<S>& u, const Three<V>& v, M3& to) {
-    const V of[3] = {rate_of(u.x), rate_of(u.y), rate_of(u.z)}, by[3] = {v.x, v.y, v.z};
+HWY_INLINE void add_rates(const Three<Dual>& u, const Three<V>& v, M3& to) {
+    const V of[3] = {u.x.rate, u.y.rate, u.z.rate}, by[3] = {v.x, v.y, v.z};
     TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
 }
 
@@ -252,7 +249,7 @@ HWY_INLINE void begin_product(const Constants& c, const PairAxes& axes, const Pa
     M3 softly = w.along.mean;
     add_rates(times_each(frame.lean, hn::Neg(weights.less)), axes.across, softly);
     const V det = determinant(soft, cof);
-    V unused;
+    V unused = set(0.0);
     const M3 stress = Law::stress(c, soft, cof, det, unused);
     w.mean = Law::stress_along(c, soft, cof, det, softly);
     const Three<V> pull = along_axis(stress, axes.across), rate = along_axis(w.mean, axes.across);

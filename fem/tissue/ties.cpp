@@ -47,31 +47,25 @@ std::vector<double> bound_hosts(std::span<const Tie> ties, const ForcePlan& plan
     return bound;
 }
 
-double kick_by_ties(std::span<const Tie> ties, const TieEnds& ends, double h, std::span<NodeRecord> nodes, std::span<NodeRecord> host_nodes) noexcept {
-    double energy = 0.0;
+void kick_by_ties(std::span<const Tie> ties, const TieEnds& ends, double h, std::span<NodeRecord> nodes, std::span<NodeRecord> host_nodes) noexcept {
     for (const Tie& tie : ties) {
         const Vec3 gap = gap_of(tie, ends, nodes, host_nodes);
-        energy += 0.5 * tie.stiffness * gap.squaredNorm();
         share_out(tie, ends, (h * tie.stiffness) * gap, [&](bool host, Index record, const Vec3& impulse) {
             NodeRecord& to = host ? host_nodes[record] : nodes[record];
             const double per_mass = (host ? ends.host_plan : ends.plan).inv_mass[record];
             for (int axis = 0; axis < 3; ++axis) to.v[axis] += per_mass * impulse[axis];
         });
     }
-    return energy;
 }
 
-double add_tie_forces(std::span<const Tie> ties, const TieEnds& ends, std::span<const NodeRecord> nodes, std::span<const NodeRecord> host_nodes,
+void add_tie_forces(std::span<const Tie> ties, const TieEnds& ends, std::span<const NodeRecord> nodes, std::span<const NodeRecord> host_nodes,
                       std::span<Vec3> force, std::span<Vec3> host_force) noexcept {
-    double energy = 0.0;
     for (const Tie& tie : ties) {
         const Vec3 gap = gap_of(tie, ends, nodes, host_nodes);
-        energy += 0.5 * tie.stiffness * gap.squaredNorm();
         share_out(tie, ends, tie.stiffness * gap, [&](bool host, Index record, const Vec3& pull) {
             if ((host ? ends.host_plan : ends.plan).inv_mass[record] > 0.0) (host ? host_force : force)[record] += pull;
         });
     }
-    return energy;
 }
 
 void add_tie_product(std::span<const Tie> ties, const TieEnds& ends, std::span<const Vec3> displacement, std::span<const Vec3> host_displacement,

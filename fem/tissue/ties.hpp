@@ -28,11 +28,11 @@ struct TieEnds {
 [[nodiscard]] std::vector<double> bound_tied(std::span<const Tie> ties, const ForcePlan& plan);
 [[nodiscard]] std::vector<double> bound_hosts(std::span<const Tie> ties, const ForcePlan& plan);
 
-/// v += h a of the ties where the nodes stand. Returns their energy, J.
-double kick_by_ties(std::span<const Tie> ties, const TieEnds& ends, double h, std::span<NodeRecord> nodes, std::span<NodeRecord> host_nodes) noexcept;
+/// v += h a of the ties where the nodes stand.
+void kick_by_ties(std::span<const Tie> ties, const TieEnds& ends, double h, std::span<NodeRecord> nodes, std::span<NodeRecord> host_nodes) noexcept;
 
-/// N, added to what the nodes feel where they stand; nodes that are held feel nothing. Returns their energy, J.
-double add_tie_forces(std::span<const Tie> ties, const TieEnds& ends, std::span<const NodeRecord> nodes, std::span<const NodeRecord> host_nodes,
+/// N, added to what the nodes feel where they stand; nodes that are held feel nothing.
+void add_tie_forces(std::span<const Tie> ties, const TieEnds& ends, std::span<const NodeRecord> nodes, std::span<const NodeRecord> host_nodes,
                       std::span<Vec3> force, std::span<Vec3> host_force) noexcept;
 
 /// Adds what displacements of the nodes take from these forces. By record.

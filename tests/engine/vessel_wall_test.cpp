@@ -115,16 +115,6 @@ TEST(VesselWall, HoweverThinIsPressedOnItsBoreAlone) {
     }
 }
 
-TEST(VesselWall, WhoseTrianglesAreFarWiderThanItIsThickSaysSo) {
-    const auto says = [](double thickness) {
-        const PreparedScene prepared = test::prepare(wall_scene({.thickness = thickness, .layers = 1, .triangles = 500}));
-        const std::vector<std::string>& notes = prepared.bodies[0].notes;
-        return std::any_of(notes.begin(), notes.end(), [](const std::string& note) { return note.find("times as long as it is thick") != std::string::npos; });
-    };
-    EXPECT_TRUE(says(0.3)); // edges of about 2.4 mm
-    EXPECT_FALSE(says(1.5));
-}
-
 TEST(VesselWall, OfOneLegOfABendIsNeverLinkedToTheOthers) {
     // Two legs 4 mm apart whose walls lie in one another.
     Wall wall{.thickness = 4.5, .layers = 1, .triangles = 1500};

@@ -14,7 +14,7 @@ void list_ties(const SceneModel& model, std::span<const std::size_t> members, st
 void kick_ties(std::span<const fem::TiedBodies> ties, double h, std::span<fem::TissueLockstep> bodies) noexcept {
     for (const fem::TiedBodies& pair : ties) {
         fem::TissueLockstep &own = bodies[pair.body], &host = bodies[pair.host];
-        (void)fem::kick_by_ties(pair.ties, {own.model().plan, host.model().plan}, h, own.nodes(), host.nodes());
+        fem::kick_by_ties(pair.ties, {own.model().plan, host.model().plan}, h, own.nodes(), host.nodes());
     }
 }
 
