@@ -59,9 +59,15 @@ Result<void> check_prisms(std::span<const Tet> tets, std::size_t node_count, Ind
     if (sheet == 0 || node_count % sheet != 0 || tets.size() % 3 != 0) return bad();
     for (std::size_t p = 0; 3 * p < tets.size(); ++p) {
         const Prism prism = prism_of(tets, p, sheet);
-        for (std::size_t k = 0; k < 3; ++k)
-            for (const Index node : tets[3 * p + k])
-                if (std::find(prism.node.begin(), prism.node.end(), node) == prism.node.end()) return bad();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto corner_of = [&](Index node) { return std::find(prism.node.begin(), prism.node.end(), node) - prism.node.begin(); };
+            std::ptrdiff_t upper = 0; // corners: 1, 2, 3 of the three tetrahedra
+            for (const Index node : tets[3 * p + k]) {
+                if (corner_of(node) == 6) return bad();
+                upper += corner_of(node) >= 3;
+            }
+            if (upper != static_cast<std::ptrdiff_t>(k) + 1) return bad();
+        }
     }
     return {};
 }

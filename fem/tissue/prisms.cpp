@@ -39,22 +39,22 @@ PrismGradients find_gradients(const Prism& prism, std::span<const Vec3> x) {
     return g;
 }
 
-/// [3] matrices whose products with the edges of a prism's tetrahedra have a sum that is `wanted` of its corners.
-std::array<Mat3, 3> spread(const Prism& prism, std::span<const Tet> tets, std::size_t first, const SixByThree& wanted, std::span<const TetShape> shapes) {
-    Eigen::Matrix<double, 6, 9> rows = Eigen::Matrix<double, 6, 9>::Zero(); // of every tetrahedron the gradient of each corner's weight
-    std::array<Mat3, 3> inverse;
-    for (int k = 0; k < 3; ++k) {
-        const Tet& tet = tets[first + static_cast<std::size_t>(k)];
+/// Matrices whose products with the edges of a prism's outer tetrahedra have a sum that is `wanted` of its corners.
+std::array<Mat3, 2> spread(const Prism& prism, std::span<const Tet> tets, std::size_t first, const SixByThree& wanted, std::span<const TetShape> shapes) {
+    Eigen::Matrix<double, 6, 6> rows = Eigen::Matrix<double, 6, 6>::Zero(); // of both tetrahedra the gradient of each corner's weight
+    std::array<Mat3, 2> inverse;
+    for (int k = 0; k < 2; ++k) {
+        const std::size_t at = first + (k == 0 ? 0 : kPrismTets - 1);
         Mat3& to = inverse[static_cast<std::size_t>(k)];
-        for (int i = 0; i < 9; ++i) to(i / 3, i % 3) = shapes[first + static_cast<std::size_t>(k)].inverse[i];
+        for (int i = 0; i < 9; ++i) to(i / 3, i % 3) = shapes[at].inverse[i];
         for (std::size_t corner = 0; corner < 4; ++corner) {
             const Eigen::RowVector3d gradient = corner == 0 ? Eigen::RowVector3d(-to.colwise().sum()) : Eigen::RowVector3d(to.row(static_cast<int>(corner) - 1));
-            const auto at = std::find(prism.node.begin(), prism.node.end(), tet[corner]) - prism.node.begin();
-            rows.row(at).segment<3>(3 * k) += gradient;
+            const auto row = std::find(prism.node.begin(), prism.node.end(), tets[at][corner]) - prism.node.begin();
+            rows.row(row).segment<3>(3 * k) += gradient;
         }
     }
-    const Eigen::Matrix<double, 9, 3> found = rows.completeOrthogonalDecomposition().solve(wanted);
-    for (int k = 0; k < 3; ++k) inverse[static_cast<std::size_t>(k)] *= found.middleRows<3>(3 * k);
+    const Eigen::Matrix<double, 6, 3> found = rows.completeOrthogonalDecomposition().solve(wanted);
+    for (int k = 0; k < 2; ++k) inverse[static_cast<std::size_t>(k)] *= found.middleRows<3>(3 * k);
     return inverse;
 }
 
@@ -85,7 +85,7 @@ public:
 
     void fill(const PatchPlace& at) {
         double whole = 0.0, share[2] = {};
-        for (std::size_t k = 0; k < 6; ++k) whole += volume_at(at, k), share[k / 3] += volume_at(at, k);
+        for (std::size_t k = 0; k < 2 * kPrismTets; ++k) whole += volume_at(at, k), share[k / kPrismTets] += volume_at(at, k);
         if (!(whole > 0.0)) return;
         for (double& s : share) s /= whole;
         PairShape shape;
@@ -104,12 +104,12 @@ private:
     [[nodiscard]] double volume_at(const PatchPlace& at, std::size_t k) const { return plan_.batches[at.first + k].volume[at.lane]; }
 
     Mat3 fill_prism(const PatchPlace& at, std::size_t p, const double (&share)[2]) {
-        const std::size_t first = plan_.tet_of[(at.first + 3 * p) * kBatch + at.lane];
-        const Prism prism = prism_of(tets_, first / 3, sheet_);
+        const std::size_t first = plan_.tet_of[(at.first + kPrismTets * p) * kBatch + at.lane];
+        const Prism prism = prism_of(tets_, first / kPrismTets, sheet_);
         const PrismGradients g = find_gradients(prism, x_);
-        const std::array<Mat3, 3> middle = spread(prism, tets_, first, g.middle, shapes_), bend = spread(prism, tets_, first, g.bend, shapes_);
-        for (std::size_t k = 0; k < 3; ++k) {
-            PrismBatch& to = plan_.prisms[at.first + 3 * p + k];
+        const std::array<Mat3, 2> middle = spread(prism, tets_, first, g.middle, shapes_), bend = spread(prism, tets_, first, g.bend, shapes_);
+        for (std::size_t k = 0; k < 2; ++k) {
+            PrismBatch& to = plan_.prisms[at.first + kPrismTets * p + (k == 0 ? 0 : kPrismTets - 1)];
             for (int i = 0; i < 9; ++i) {
                 to.mean[i][at.lane] = share[p] * middle[k](i / 3, i % 3);
                 to.bend[i][at.lane] = std::sqrt(share[p]) * bend[k](i / 3, i % 3);

@@ -7,7 +7,8 @@
 // they are wider than the wall is thick: with t the whole wall's thickness and h^2 the area of two such faces,
 //   s^2 = t^2 / (t^2 + 0.1 h^2)
 // The last term resists what neither the mean nor bending sees: what the two faces of a pair are stretched by apart, and the kink between them, as weakly as they
-// bend: w = 0.03 t^2 / h^2. The prisms' gradients are linear in the edges of their tetrahedra.
+// bend: w = 0.03 t^2 / h^2. All gradients are linear in the edges of the prisms' outer tetrahedra,
+// one on each face, which have all of its corners; the one between them feels viscosity alone.
 // This work is based on: Hauptmann & Schweizerhof 1998 (solid-shells), Bergou et al. 2006 (bending quadratic in positions; of a closed or clamped wall
 // what it leaves out, the coefficient of Gauss's curvature, does no work), Lyly, Stenberg & Vihinen 1993 (shear that goes with t^2 / h^2), Flanagan & Belytschko 1981
 // (the weak resistance). Deviates: the shear is that of the pair's mean, of large deformation, and any law's.
@@ -16,6 +17,8 @@
 #include "fem/tissue/force_plan.hpp"
 
 namespace trocar::fem {
+
+inline constexpr std::size_t kPrismTets = 3;
 
 /// [-] of the area of a pair at rest: of one crushed to less along the wall, N is shorter than 1 instead of unknown.
 inline constexpr double kLeastPairArea = 0.05;

@@ -13,7 +13,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem::HWY_NAMESPACE {
 
-inline constexpr std::size_t kPrismTets = 3, kPairTets = 2 * kPrismTets;
+inline constexpr std::size_t kPairTets = 2 * kPrismTets;
+
+/// Of a pair's tetrahedra: on a face of its prism.
+HWY_INLINE constexpr bool is_outer(std::size_t k) { return k % kPrismTets != 1; }
 
 HWY_INLINE M3 zero_matrix() {
     M3 zero;
@@ -38,6 +41,7 @@ HWY_INLINE void load_pair(const ForcePlan& plan, std::size_t first, std::size_t 
     g.mean = g.jump = g.bent[0] = g.bent[1] = zero_matrix();
     for (std::size_t k = 0; k < kPairTets; ++k) {
         g.edges[k] = load_edges(plan.batches[first + k], lane, records, second);
+        if (!is_outer(k)) continue;
         const PrismBatch& prism = plan.prisms[first + k];
         const M3 part = mul(g.edges[k], load_matrix(prism.mean, lane)), curved = mul(g.edges[k], load_matrix(prism.bend, lane));
         const V side = hn::Load(D8(), prism.side + lane);
@@ -224,6 +228,7 @@ HWY_INLINE PairStress<S> pull_back(const PairFrame<S>& f, const Three<S>& pull, 
 /// kLanes pairs between their two rounds over tetrahedra. Of products with a displacement the rates of all.
 struct PairWork {
     PairGradients g, along;
+    M3 metric[kPairTets]; // with drag: edges Dm^-1 Dm^-T
     M3 mean, jump; // what the energy changes by with Fm, and with the jump
     V growth;
 };
@@ -278,7 +283,10 @@ HWY_INLINE void begin_pair(const ForcePlan& plan, std::size_t first, std::size_t
         V tangent = set(0.0), size_sq = set(0.0);
         begin_force<Law>(c, axes, weights, w, tangent);
         if constexpr (kSize)
-            for (std::size_t k = 0; k < kPairTets; ++k) size_sq = hn::Max(size_sq, contract(mul(w.g.edges[k], load_gram(plan.batches[first + k], lane)), w.g.edges[k]));
+            for (std::size_t k = 0; k < kPairTets; ++k) {
+                w.metric[k] = mul(w.g.edges[k], load_gram(plan.batches[first + k], lane));
+                size_sq = hn::Max(size_sq, contract(w.metric[k], w.g.edges[k])); // |F|^2
+            }
         w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
     }
 }
@@ -288,32 +296,35 @@ HWY_INLINE V volume_ratio(const M3& edges, const TetBatch& batch, std::size_t la
     return hn::Mul(determinant(edges, cofactors(edges)), hn::Load(D8(), batch.inverse_det + lane));
 }
 
+/// A force is -V d energy / d edges. Of the pairs' k-th tetrahedra, outer ones.
+HWY_INLINE M3 elastic_force(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const TetJob& job, const M3 (&curved)[2], const PairWork& w) {
+    const PrismBatch& prism = plan.prisms[first + k];
+    const M3 felt = scaled_add(w.jump, hn::Load(D8(), prism.side + lane), w.mean);
+    const M3 force = mult(felt, load_matrix(prism.mean, lane)), back = mult(curved[k / kPrismTets], load_matrix(prism.bend, lane));
+    const V volume = hn::Load(D8(), plan.pairs[first / kPatch].volume + lane);
+    return scaled(scaled_add(back, set(job.constants.bend), force), hn::Neg(volume));
+}
+
 /// Forces of the pairs' k-th tetrahedra.
 template <class Law, TetKernel kKernel>
 HWY_INLINE void end_pair(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const TetJob& job, const NodeRecord* records, const PairWork& w,
                          PartialForce* partial, LaneExtremes& extremes) {
-    constexpr bool kAlong = kKernel == TetKernel::Stiffness;
+    constexpr bool kAlong = kKernel == TetKernel::Stiffness, kDrag = kKernel == TetKernel::ViscousForce;
     const std::size_t b = first + k;
     const TetBatch& batch = plan.batches[b];
-    const PrismBatch& prism = plan.prisms[b];
     const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
     const V det = volume_ratio(w.g.edges[k], batch, lane);
-    const M3 felt = scaled_add(w.jump, hn::Load(D8(), prism.side + lane), w.mean);
-    const M3 bent = scaled((kAlong ? w.along : w.g).bent[k / kPrismTets], set(job.constants.bend));
-    M3 force = mult(felt, load_matrix(prism.mean, lane));
-    const M3 curved = mult(bent, load_matrix(prism.bend, lane));
-    const V factor = hn::Neg(hn::Load(D8(), plan.pairs[first / kPatch].volume + lane)); // a force is -V d energy / d edges
-    TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Mul(hn::Add(force.m[i], curved.m[i]), factor);
+    M3 force = is_outer(k) ? elastic_force(plan, first, k, lane, job, (kAlong ? w.along : w.g).bent, w) : zero_matrix();
     if constexpr (kAlong)
         extremes.note(det, hn::Neg(contract(w.along.edges[k], force)), place);
     else
         extremes.note(det, w.growth, place);
-    if constexpr (kKernel == TetKernel::ViscousForce) {
-        const M3 inverse = load_inverse(batch, lane), f = mul(w.g.edges[k], inverse);
-        const M3 drag = mult(mul(f, find_drag(batch, lane, job, hn::Neg(hn::Load(D8(), batch.volume + lane)), inverse, f, records)), inverse);
-        TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Add(force.m[i], drag.m[i]);
+    if constexpr (kDrag) { // on edges, as NeoHookeanLanes
+        const V viscosity = hn::Mul(set(-job.viscosity), hn::Load(D8(), batch.volume + lane));
+        const Sym drag = viscous_second_stress(viscosity, w.g.edges[k], load_edges(batch, lane, records, true));
+        force = mul_add(mul(w.metric[k], drag), load_gram(batch, lane), force);
     }
-    add_to_slots(force, batch, lane, partial);
+    if (kDrag || is_outer(k)) add_to_slots(force, batch, lane, partial);
 }
 
 /// Forces of a row of pairs, batch by batch whatever the number of lanes: the order of the sums makes the bits.
