@@ -282,15 +282,16 @@ def test_after_a_failure_the_answer_is_clear(tmp_path):
 
 @pytest.mark.parametrize("what", ["step", "plan", "load"])
 def test_an_interruption_ends_a_long_call(what):
-    call = {"step": "trocar.load(trocar.scene_path('u_bend'), budget='exact').simulator().step(10**9)",
-            "plan": "trocar.plan(trocar.load(trocar.scene_path('aortic_arch')), 'brachiocephalic', time=1e5)",
-            "load": "[trocar.load(trocar.scene_path('hepatic'), anatomy_seed=k) for k in range(1000, 2000)]"}[what]
-    code = f"import trocar, sys\nprint('ready', flush=True)\ntry:\n    {call}\nexcept KeyboardInterrupt:\n    print('interrupted', flush=True)\n"
+    scene, call = {"step": ("u_bend", "scene.simulator().step(10**9)"),
+                   "plan": ("hepatic", "trocar.plan(scene, 'tumour', time=1e5)"),  # takes seconds on any machine
+                   "load": ("u_bend", "[trocar.load(trocar.scene_path('hepatic'), anatomy_seed=k) for k in range(1000, 2000)]")}[what]
+    code = (f"import trocar, sys\nscene = trocar.load(trocar.scene_path('{scene}'), budget='exact')\nprint('ready', flush=True)\n"
+            f"try:\n    {call}\nexcept KeyboardInterrupt:\n    print('interrupted', flush=True)\n")
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "ready\n"
     try:
         process.stdout.flush()
-        threading.Event().wait(1.5)  # into the call
+        threading.Event().wait(0.7)  # into the call
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=120)
     finally:
