@@ -3,6 +3,7 @@
 #include "engine/experiments/cost_along.hpp"
 #include "engine/experiments/cost_exact.hpp"
 #include "engine/experiments/cost_parts.hpp"
+#include "engine/render/attach_culler.hpp"
 #include "engine/report/statistics.hpp"
 #include "engine/step/model_hash.hpp"
 
@@ -77,6 +78,7 @@ struct OwnRun {
 CostOwnRun run_by_itself(const SceneModel& scene, const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of) {
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
+    if (const std::string culler = attach_culler(simulator); !culler.empty()) options.progress(culler);
     if (!go_to_start(simulator, options, scene)) {
         row.failure = kForeignStart;
         return row;

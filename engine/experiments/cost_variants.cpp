@@ -25,7 +25,8 @@ std::vector<VariantWord> list_variants() {
             {"surface", "solids push by the depth of their surfaces"},
             {"spheres", "solids push by the overlap of their spheres, as in the sphere-tree paper"},
             {"coarse", "without the exact stage"},
-            {"culled-cpu", "the exact stage's candidates are filtered by chromatic sets in image space first, by the CPU reference"}};
+            {"culled-cpu", "the exact stage's candidates are filtered by chromatic sets in image space first, by the CPU reference"},
+            {"culled-gl", "the same by OpenGL, in software where there is no graphics card"}};
 }
 
 Result<Scene> make_variant(const Scene& scene, std::string_view name) {
@@ -43,9 +44,10 @@ Result<Scene> make_variant(const Scene& scene, std::string_view name) {
     } else if (name == "coarse") {
         changed = variant.effects.exact_contact;
         variant.effects.exact_contact = false;
-    } else if (name == "culled-cpu") {
-        changed = variant.contact.culling != Culling::Cpu;
-        variant.contact.culling = Culling::Cpu;
+    } else if (name == "culled-cpu" || name == "culled-gl") {
+        const Culling culling = name == "culled-gl" ? Culling::OpenGl : Culling::Cpu;
+        changed = variant.contact.culling != culling;
+        variant.contact.culling = culling;
     } else {
         return variant_error(fmt::format("\"{}\" is none; known: {}", name, known_variants()));
     }

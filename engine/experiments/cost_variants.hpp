@@ -17,7 +17,7 @@ struct VariantWord {
 [[nodiscard]] std::vector<VariantWord> list_variants();
 
 /// The scene with one thing changed: the sphere trees (covering, wrapped,
-/// heuristic), the solids' response (surface, spheres), or without the exact stage (coarse).
+/// heuristic), the solids' response (surface, spheres), without the exact stage (coarse), or with its candidates culled (culled-cpu, culled-gl).
 /// fails     an unknown name, or a variant that is what the scene says already
 [[nodiscard]] Result<Scene> make_variant(const Scene& scene, std::string_view name);
 

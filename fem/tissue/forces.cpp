@@ -82,16 +82,19 @@ public:
         const Vec3 along[2] = {axis(0), axis(3)}, across = along[0].cross(along[1]);
         const Vec3 area = (mean_ * along[0]).cross(mean_ * along[1]), up = mean_ * across;
         const Vec3 normal = area / std::max(area.norm(), kLeastPairArea);
-        const Mat3 soft = mean_ - (1.0 - pair.shear[lane_]) * (up - normal * normal.dot(up)) * across.transpose();
-        double kinks = 0.0;
-        for (const Vec3& axis_along : along) {
-            const Vec3 kink = jump_ * axis_along;
-            const double step = normal.dot(kink);
-            kinks += pair.hold[lane_] * (kink.squaredNorm() - step * step) + pair.kink[lane_] * step * step;
+        double kinks = 0.0, step[2] = {};
+        for (std::size_t i = 0; i < 2; ++i) {
+            const Vec3 kink = jump_ * along[i];
+            step[i] = normal.dot(kink);
+            kinks += pair.hold[lane_] * (kink.squaredNorm() - step[i] * step[i]) + pair.kink[lane_] * step[i] * step[i];
         }
+        const Vec3 fold = (step[0] * (mean_ * along[1]) - step[1] * (mean_ * along[0])).cross(normal) / std::max(area.norm(), kLeastPairArea);
+        const double both = pair.hold[lane_] * kPatchShare / kHoldShare, growth = 1.0 / (1.0 + std::sqrt(1.0 + both * fold.squaredNorm()));
+        const Mat3 felt = mean_ - (1.0 - pair.shear[lane_]) * (up - normal * normal.dot(up)) * across.transpose() +
+                          growth * both * fold * (step[0] * along[0] + step[1] * along[1]).transpose();
         Block<double> gradient;
-        for (int i = 0; i < 9; ++i) gradient.m[i] = soft(i / 3, i % 3);
-        return Law::energy(law, gradient, soft.determinant(), &fibres) + 0.5 * law.patch * kinks + 0.5 * law.bend * (bent_[0].squaredNorm() + bent_[1].squaredNorm());
+        for (int i = 0; i < 9; ++i) gradient.m[i] = felt(i / 3, i % 3);
+        return Law::energy(law, gradient, felt.determinant(), &fibres) + 0.5 * law.patch * kinks + 0.5 * law.bend * (bent_[0].squaredNorm() + bent_[1].squaredNorm());
     }
 
 private:

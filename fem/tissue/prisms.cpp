@@ -95,8 +95,8 @@ public:
         for (int i = 0; i < 3; ++i) pair.along[i][at.lane] = along[i], pair.along[3 + i][at.lane] = beside[i];
         const double narrow = shape.thickness * shape.thickness / shape.widest, both = share[0] * share[1];
         pair.shear[at.lane] = 1.0 / std::sqrt(1.0 + kShearReach / narrow);
-        pair.hold[at.lane] = both;
-        pair.kink[at.lane] = both * std::min(kKinkShare * narrow / kPatchShare, 1.0);
+        pair.hold[at.lane] = both * kHoldShare / kPatchShare;
+        pair.kink[at.lane] = both * std::min(kKinkShare * narrow, kHoldShare) / kPatchShare;
         pair.volume[at.lane] = whole;
     }
 

@@ -73,6 +73,20 @@ HWY_INLINE Dual per_length(const Dual& square) {
     const V rate = hn::Mul(hn::Mul(set(-0.5), square.rate), hn::Mul(hn::Mul(value, value), value));
     return {value, hn::IfThenElseZero(hn::Gt(square.value, set(kLeastPairArea * kLeastPairArea)), rate)};
 }
+/// 1 / a, the root of a
+HWY_INLINE V inverse_of(V a) { return hn::Div(set(1.0), a); }
+HWY_INLINE Dual inverse_of(const Dual& a) {
+    const V value = inverse_of(a.value);
+    return {value, hn::Neg(hn::Mul(hn::Mul(value, value), a.rate))};
+}
+HWY_INLINE V root_of(V a) { return hn::Sqrt(a); }
+HWY_INLINE Dual root_of(const Dual& a) {
+    const V value = hn::Sqrt(a.value);
+    return {value, hn::Div(hn::Mul(set(0.5), a.rate), value)};
+}
+HWY_INLINE V plus_one(V a) { return hn::Add(a, set(1.0)); }
+HWY_INLINE Dual plus_one(const Dual& a) { return {plus_one(a.value), a.rate}; }
+
 /// 1 where the normal has length 1, 0 where it is shorter.
 HWY_INLINE V is_unit(V square) { return hn::IfThenElseZero(hn::Gt(square, set(kLeastPairArea * kLeastPairArea)), set(1.0)); }
 HWY_INLINE V is_unit(const Dual& square) { return is_unit(square.value); }
@@ -147,10 +161,18 @@ struct PairFrame {
     Three<S> kink[2];           // jump times the rest axes along the wall
     S step[2];                  // N . kink
     V unit;                     // is_unit
+    Three<S> fold;              // along the pair, with first . fold = step[0] and second . fold = step[1]
+    S root, growth;             // of 1 + both |fold|^2; what of `both fold step^T` makes Fm's metric grow by both step step^T
 };
 
 template <class S>
-HWY_INLINE void complete(PairFrame<S>& f) {
+HWY_INLINE Three<S> mix_edges(const PairFrame<S>& f) {
+    return minus(times_each(f.second, f.step[0]), times_each(f.first, f.step[1]));
+}
+
+/// both: product of the prisms' shares of the pair
+template <class S>
+HWY_INLINE void complete(PairFrame<S>& f, V both) {
     const Three<S> area = cross(f.first, f.second);
     const S square = inner(area, area);
     f.unit = is_unit(square);
@@ -159,20 +181,23 @@ HWY_INLINE void complete(PairFrame<S>& f) {
     f.high = inner(f.normal, f.up);
     f.lean = minus(f.up, times_each(f.normal, f.high));
     for (int i = 0; i < 2; ++i) f.step[i] = inner(f.normal, f.kink[i]);
+    f.fold = times_each(cross(mix_edges(f), f.normal), f.per_area);
+    f.root = root_of(plus_one(times(inner(f.fold, f.fold), both)));
+    f.growth = inverse_of(plus_one(f.root));
 }
 
-HWY_INLINE PairFrame<V> find_frame(const PairGradients& g, const PairAxes& axes) {
+HWY_INLINE PairFrame<V> find_frame(const PairGradients& g, const PairAxes& axes, V both) {
     PairFrame<V> f;
     f.first = along_axis(g.mean, axes.first), f.second = along_axis(g.mean, axes.second), f.up = along_axis(g.mean, axes.across);
     f.kink[0] = along_axis(g.jump, axes.first), f.kink[1] = along_axis(g.jump, axes.second);
-    complete(f);
+    complete(f, both);
     return f;
 }
-HWY_INLINE PairFrame<Dual> find_frame(const PairGradients& g, const PairGradients& along, const PairAxes& axes) {
+HWY_INLINE PairFrame<Dual> find_frame(const PairGradients& g, const PairGradients& along, const PairAxes& axes, V both) {
     PairFrame<Dual> f;
     f.first = along_axis(g.mean, along.mean, axes.first), f.second = along_axis(g.mean, along.mean, axes.second), f.up = along_axis(g.mean, along.mean, axes.across);
     f.kink[0] = along_axis(g.jump, along.jump, axes.first), f.kink[1] = along_axis(g.jump, along.jump, axes.second);
-    complete(f);
+    complete(f, both);
     return f;
 }
 
@@ -180,18 +205,36 @@ HWY_INLINE PairFrame<Dual> find_frame(const PairGradients& g, const PairGradient
 struct PairWeights {
     V less;       // of the leaning, what the law does not see
     V hold, kink; // Pa: of what the prisms differ by along the wall, across it
+    V both;       // product of the prisms' shares of the pair
 };
 HWY_INLINE PairWeights load_weights(const PairBatch& pair, std::size_t lane, const LawConstants& constants) {
-    const auto of_law = [&](const double* share) HWY_ATTR { return hn::Mul(set(constants.patch), hn::Load(D8(), share + lane)); };
-    return {hn::Sub(set(1.0), hn::Load(D8(), pair.shear + lane)), of_law(pair.hold), of_law(pair.kink)};
+    const V hold = hn::Load(D8(), pair.hold + lane), kink = hn::Load(D8(), pair.kink + lane);
+    return {hn::Sub(set(1.0), hn::Load(D8(), pair.shear + lane)), hn::Mul(set(constants.patch), hold), hn::Mul(set(constants.patch), kink),
+            hn::Mul(set(kPatchShare / kHoldShare), hold)};
 }
 
-/// The gradient that the law is asked for: Fm with less of the leaning.
-template <class S>
-HWY_INLINE M3 softened(const M3& mean, const PairFrame<S>& f, const PairAxes& axes, V less) {
-    M3 soft = mean;
-    add_values(times_each(f.lean, hn::Neg(less)), axes.across, soft);
-    return soft;
+/// The gradient that the law is asked for: Fm with less of the leaning, and stretched as its prisms are where they are folded.
+HWY_INLINE M3 felt_gradient(const M3& mean, const PairFrame<V>& f, const PairAxes& axes, const PairWeights& w) {
+    M3 felt = mean;
+    add_values(times_each(f.lean, hn::Neg(w.less)), axes.across, felt);
+    const Three<V> stretch = times_each(f.fold, hn::Mul(f.growth, w.both));
+    add_values(times_each(stretch, f.step[0]), axes.first, felt);
+    add_values(times_each(stretch, f.step[1]), axes.second, felt);
+    return felt;
+}
+/// The rate of that.
+HWY_INLINE M3 felt_rate(const M3& mean_rate, const PairFrame<Dual>& f, const PairAxes& axes, const PairWeights& w) {
+    M3 rate = mean_rate;
+    add_rates(times_each(f.lean, hn::Neg(w.less)), axes.across, rate);
+    const Three<Dual> stretch = times_each(times_each(f.fold, f.growth), w.both);
+    add_rates(times_each(stretch, f.step[0]), axes.first, rate);
+    add_rates(times_each(stretch, f.step[1]), axes.second, rate);
+    return rate;
+}
+HWY_INLINE PairFrame<V> values_of(const PairFrame<Dual>& f) {
+    const auto three = [](const Three<Dual>& a) HWY_ATTR { return Three<V>{a.x.value, a.y.value, a.z.value}; };
+    return {three(f.first), three(f.second), three(f.up), three(f.normal), f.per_area.value, f.high.value, three(f.lean), {three(f.kink[0]), three(f.kink[1])},
+            {f.step[0].value, f.step[1].value}, f.unit, three(f.fold), f.root.value, f.growth.value};
 }
 
 /// Energy by kinks, J/m^3.
@@ -207,21 +250,40 @@ struct PairStress {
     Three<S> first, second, up, kink[2]; // of Fm's and the jump's columns along the rest axes
 };
 
-/// pull: the law's stress times the axis across.
+/// The law's stress times the rest axes.
 template <class S>
-HWY_INLINE PairStress<S> pull_back(const PairFrame<S>& f, const Three<S>& pull, const PairWeights& w) {
+struct PairPulls {
+    Three<S> first, second, across;
+};
+
+/// Derivatives by what the frame was made of, the last first.
+template <class S>
+HWY_INLINE PairStress<S> pull_back(const PairFrame<S>& f, const PairPulls<S>& pull, const PairWeights& w) {
     PairStress<S> s;
-    const S across = inner(f.normal, pull);
-    s.up = times_each(minus(pull, times_each(f.normal, across)), hn::Neg(w.less));
-    Three<S> turn = times_each(plus(times_each(pull, f.high), times_each(f.up, across)), w.less); // d energy / d N
+    // less of the leaning
+    const S across = inner(f.normal, pull.across);
+    s.up = times_each(minus(pull.across, times_each(f.normal, across)), hn::Neg(w.less));
+    Three<S> by_normal = times_each(plus(times_each(pull.across, f.high), times_each(f.up, across)), w.less);
+    // the stretch of what is folded
+    const S part = times(f.growth, w.both);
+    const Three<S> by_stretch = plus(times_each(pull.first, f.step[0]), times_each(pull.second, f.step[1]));
+    const S bend = times(times(times(f.growth, f.growth), inverse_of(f.root)), inner(f.fold, by_stretch)); // growth falls by half of this with both |fold|^2
+    const Three<S> by_fold = minus(times_each(by_stretch, part), times_each(f.fold, times(times(bend, w.both), w.both)));
+    const Three<S> mix = mix_edges(f), by_mix = times_each(cross(f.normal, by_fold), f.per_area);
+    by_normal = plus(by_normal, times_each(cross(by_fold, mix), f.per_area));
+    const S by_step[2] = {plus(times(part, inner(f.fold, pull.first)), inner(f.second, by_mix)), minus(times(part, inner(f.fold, pull.second)), inner(f.first, by_mix))};
+    // the resistance to kinks
     const V more = hn::Sub(w.kink, w.hold);
     for (int i = 0; i < 2; ++i) {
-        s.kink[i] = plus(times_each(f.kink[i], w.hold), times_each(times_each(f.normal, f.step[i]), more));
-        turn = plus(turn, times_each(times_each(f.kink[i], f.step[i]), more));
+        const S step = plus(by_step[i], times(f.step[i], more));
+        s.kink[i] = plus(times_each(f.kink[i], w.hold), times_each(f.normal, step));
+        by_normal = plus(by_normal, times_each(f.kink[i], step));
     }
-    turn = times_each(minus(turn, times_each(times_each(f.normal, inner(f.normal, turn)), f.unit)), f.per_area);
-    s.first = cross(f.second, turn);
-    s.second = cross(turn, f.first);
+    // the normal, and the area
+    const S along = times(plus(inner(f.normal, by_normal), inner(f.fold, by_fold)), f.unit);
+    const Three<S> by_area = times_each(minus(by_normal, times_each(f.normal, along)), f.per_area);
+    s.first = minus(cross(f.second, by_area), times_each(by_mix, f.step[1]));
+    s.second = plus(cross(by_area, f.first), times_each(by_mix, f.step[0]));
     return s;
 }
 
@@ -235,10 +297,10 @@ struct PairWork {
 
 template <class Law>
 HWY_INLINE void begin_force(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w, V& tangent) {
-    const PairFrame<V> frame = find_frame(w.g, axes);
-    const M3 soft = softened(w.g.mean, frame, axes, weights.less), cof = cofactors(soft);
-    w.mean = Law::stress(c, soft, cof, determinant(soft, cof), tangent);
-    const PairStress<V> s = pull_back(frame, along_axis(w.mean, axes.across), weights);
+    const PairFrame<V> frame = find_frame(w.g, axes, weights.both);
+    const M3 felt = felt_gradient(w.g.mean, frame, axes, weights), cof = cofactors(felt);
+    w.mean = Law::stress(c, felt, cof, determinant(felt, cof), tangent);
+    const PairStress<V> s = pull_back(frame, {along_axis(w.mean, axes.first), along_axis(w.mean, axes.second), along_axis(w.mean, axes.across)}, weights);
     add_values(s.first, axes.first, w.mean);
     add_values(s.second, axes.second, w.mean);
     add_values(s.up, axes.across, w.mean);
@@ -249,16 +311,14 @@ HWY_INLINE void begin_force(const Constants& c, const PairAxes& axes, const Pair
 
 template <class Law>
 HWY_INLINE void begin_product(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w) {
-    const PairFrame<Dual> frame = find_frame(w.g, w.along, axes);
-    const M3 soft = softened(w.g.mean, frame, axes, weights.less), cof = cofactors(soft);
-    M3 softly = w.along.mean;
-    add_rates(times_each(frame.lean, hn::Neg(weights.less)), axes.across, softly);
-    const V det = determinant(soft, cof);
+    const PairFrame<Dual> frame = find_frame(w.g, w.along, axes, weights.both);
+    const M3 felt = felt_gradient(w.g.mean, values_of(frame), axes, weights), cof = cofactors(felt);
+    const V det = determinant(felt, cof);
     V unused = set(0.0);
-    const M3 stress = Law::stress(c, soft, cof, det, unused);
-    w.mean = Law::stress_along(c, soft, cof, det, softly);
-    const Three<V> pull = along_axis(stress, axes.across), rate = along_axis(w.mean, axes.across);
-    const PairStress<Dual> s = pull_back(frame, {{pull.x, rate.x}, {pull.y, rate.y}, {pull.z, rate.z}}, weights);
+    const M3 stress = Law::stress(c, felt, cof, det, unused);
+    w.mean = Law::stress_along(c, felt, cof, det, felt_rate(w.along.mean, frame, axes, weights));
+    const PairStress<Dual> s =
+        pull_back(frame, {along_axis(stress, w.mean, axes.first), along_axis(stress, w.mean, axes.second), along_axis(stress, w.mean, axes.across)}, weights);
     add_rates(s.first, axes.first, w.mean);
     add_rates(s.second, axes.second, w.mean);
     add_rates(s.up, axes.across, w.mean);

@@ -108,15 +108,17 @@ TEST(Variants, WithoutTheExactStageLoseIt) {
 
 TEST(Variants, WithCulledCandidatesAnswerTheSame) {
     const std::string text = test::bent_tube_scene({.host_body = test::kOrgan});
-    const PreparedScene own = test::prepare(text), culled = prepare_variant(text, "culled-cpu");
+    const PreparedScene own = test::prepare(text), by_cpu = prepare_variant(text, "culled-cpu"), by_gl = prepare_variant(text, "culled-gl");
     CostOptions options = options_of({"exact"}, 60);
-    options.variants = {{"culled-cpu", &culled.model}};
+    options.variants = {{"culled-cpu", &by_cpu.model}, {"culled-gl", &by_gl.model}};
     const CostTable table = *measure_cost(own, {}, options);
-    ASSERT_EQ(table.rows.size(), 2u);
+    ASSERT_EQ(table.rows.size(), 3u);
     EXPECT_GT(table.rows[0].contacts.reference, 0u);
-    EXPECT_EQ(table.rows[1].contacts.missed + table.rows[1].contacts.spurious, 0u);
-    EXPECT_EQ(table.rows[1].force_error_rel, 0.0);
-    EXPECT_EQ(table.rows[1].state_hash, table.rows[0].state_hash);
+    for (const std::size_t culled : {1u, 2u}) {
+        EXPECT_EQ(table.rows[culled].contacts.missed + table.rows[culled].contacts.spurious, 0u);
+        EXPECT_EQ(table.rows[culled].force_error_rel, 0.0);
+        EXPECT_EQ(table.rows[culled].state_hash, table.rows[0].state_hash);
+    }
 }
 
 class Parts : public test::Folder {};

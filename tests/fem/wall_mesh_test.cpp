@@ -161,6 +161,29 @@ TEST(WallMesh, OfPrismsBendsAsAPlateHoweverWideAndUnevenItsTriangles) {
         }
 }
 
+TEST(WallMesh, OfPrismsFeelsTheStretchOfFacesThatAreFoldedAgainstOneAnother) {
+    constexpr double kThick = 0.01;
+    TriMesh square;
+    square.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const auto wall = make_wall_mesh(square, {.thickness = kThick, .layers = 1});
+    for (const MaterialLaw law : {MaterialLaw::NeoHookean, MaterialLaw::MooneyRivlin, MaterialLaw::Corotational}) {
+        Material material{.law = law, .young_modulus = 1.0, .poisson_ratio = 0.45, .density = 1000.0};
+        if (law == MaterialLaw::MooneyRivlin) material.c10 = 0.1, material.c01 = 0.07;
+        material.elements = TetElements::Prisms;
+        const TissueModel model = make_tissue_model(wall->tets, material, {}, {}, 4).value();
+        for (const double tilt : {0.05, 0.2, 0.6}) { // about the diagonal
+            const double away = std::sqrt(0.5), up = away * std::tan(tilt), out = away / std::cos(tilt) - away;
+            std::vector<Vec3> folded = model.rest_position, flat = folded;
+            for (const Index node : {1u, 3u, 5u, 7u}) {
+                folded[node] += Vec3(0, 0, up);
+                flat[node] += (node % 4 == 1 ? 1.0 : -1.0) * out * std::sqrt(0.5) * Vec3(1, -1, 0);
+            }
+            EXPECT_NEAR(measure_tets(model, folded).elastic_energy / measure_tets(model, flat).elastic_energy, 1.0, 0.01 / (tilt * tilt) * kThick + 0.002) << tilt;
+        }
+    }
+}
+
 TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
     std::mt19937_64 engine(4);
     std::normal_distribution<double> normal;
