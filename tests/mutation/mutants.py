@@ -182,7 +182,7 @@ MUTANTS = [
     Mutant("wall-locks", "prisms feel all of the shear that wide triangles have where they bend", "fem/tissue/prisms.cpp",
            "kShearReach = 0.1;", "kShearReach = 0.0;", "fem", "WallMesh.OfPrismsBends*"),
     Mutant("kinks-held", "the kink of a pair of prisms is held like its stretch", "fem/tissue/prisms.cpp",
-           "both * std::min(kKinkShare * narrow / kPatchShare, 1.0)", "both * 0.1", "fem", "WallMesh.OfPrismsBends*"),
+           "both * std::min(kKinkShare * narrow, kHoldShare) / kPatchShare", "both", "fem", "WallMesh.OfPrismsBends*"),
     Mutant("surface-waits", "a surface that no part of a step reads is never evaluated", "engine/step/tissue/tissue_stage.cpp",
            "if (!state.bodies[i].surface_deferred) return;", "return;", "engine", "LazyEvaluation.*"),
     Mutant("wall-stayed-away", "a wall that moves towards a rod is not tested", "engine/step/instrument/wall_planes.cpp",
