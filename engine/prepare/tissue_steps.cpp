@@ -177,7 +177,8 @@ Result<bool> choose_implicit(const Scene& scene, Group& group, PreparedScene& pr
         if (!(count > many_substeps(model, group, *systems))) return false;
         const char* rule = group.is_joined() ? "leapfrog" : "rk4";
         note([&](const std::string& with) {
-            return fmt::format("advanced implicitly{}, since there would be {}; \"integrator\": \"{}\" (of \"time\") takes them", with, many, rule);
+            const std::string most = count > scene.time.max_substeps ? ", with a \"max_substeps\" of as many" : "";
+            return fmt::format("advanced implicitly{}, since there would be {}; \"integrator\": \"{}\" (of \"time\") takes them{}", with, many, rule, most);
         });
     }
     for (std::size_t k = 0; k < group.members.size(); ++k) model.bodies[group.members[k].body].implicit = std::move((*systems)[k]);

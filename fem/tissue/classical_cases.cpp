@@ -327,8 +327,18 @@ double crushed_ring_ratio(Index around, Index layers, double poisson_ratio, TetE
     return shorter / ((0.25 * kPi - 2.0 / kPi) * 12.0 / (width * kThick * kThick * kThick));
 }
 
-double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements) {
-    constexpr double kNu = 0.3, kDeflection = 0.00126532;
+namespace {
+
+constexpr double kPlateNu = 0.3;
+
+/// Square, of side 1, clamped all around, modulus 1.
+struct Plate {
+    TriMesh sheet;
+    TissueModel model;
+    Field way; // under a pressure of 1
+};
+
+Plate press_plate(Index cells, double thickness, double uneven, TetElements elements) {
     std::mt19937_64 engine(7);
     const auto random = [&] { return std::ldexp(static_cast<double>(engine() >> 11), -53); };
     TriMesh sheet;
@@ -353,12 +363,32 @@ double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElem
             for (const Index node : nodes_at(wall->tets, axis, end)) pinned.push_back(node);
     std::sort(pinned.begin(), pinned.end());
     pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
-    const TissueModel model = make_wall_body(*wall, 1, kNu, elements, pinned);
-    const Field u = solve_small_strain(model, press_out(wall->tets, sheet));
+    TissueModel model = make_wall_body(*wall, 1, kPlateNu, elements, pinned);
+    Field way = solve_small_strain(model, press_out(wall->tets, sheet));
+    return {std::move(sheet), std::move(model), std::move(way)};
+}
+
+} // namespace
+
+double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements) {
+    constexpr double kDeflection = 0.00126532;
+    const Plate plate = press_plate(cells, thickness, uneven, elements);
     double nearest = 1.0, way = 0.0;
-    for (std::size_t v = 0; v < sheet.vertices.size(); ++v)
-        if (const double off = (sheet.vertices[v] - Vec3(0.5, 0.5, 0.0)).norm(); off < nearest) nearest = off, way = u[v].z();
-    return way / (kDeflection * 12.0 * (1.0 - kNu * kNu) / (thickness * thickness * thickness));
+    for (std::size_t v = 0; v < plate.sheet.vertices.size(); ++v)
+        if (const double off = (plate.sheet.vertices[v] - Vec3(0.5, 0.5, 0.0)).norm(); off < nearest) nearest = off, way = plate.way[v].z();
+    return way / (kDeflection * 12.0 * (1.0 - kPlateNu * kPlateNu) / (thickness * thickness * thickness));
+}
+
+double pressed_plate_damping(Index cells, double thickness, double uneven) {
+    Plate plate = press_plate(cells, thickness, uneven, TetElements::Prisms);
+    plate.model.material.viscosity = 0.5 / (1.0 + kPlateNu); // mu
+    const Field& rest = plate.model.rest_position;
+    Field stiff(rest.size(), Vec3::Zero()), damped = stiff;
+    add_stiffness_product(plate.model, rest, plate.way, stiff);
+    add_damping_product(plate.model, rest, plate.way, damped);
+    double over = 0.0, under = 0.0;
+    for (std::size_t n = 0; n < rest.size(); ++n) over += damped[n].dot(plate.way[n]), under += stiff[n].dot(plate.way[n]);
+    return over / under;
 }
 
 double pressed_tube_way(Index around, Index layers, double poisson_ratio, TetElements elements) {

@@ -35,6 +35,8 @@ inline constexpr double kCookTip = 23.96; // plane stress, quoted
 /// Way of the middle of a square plate, clamped all around, under a pressure over the thin plate's 0.001265 p a^4 / D (Timoshenko & Woinowsky-Krieger 1959), nu 0.3.
 /// thickness: of its side; its corners stand at random up to `uneven` of a cell beside their places, and the diagonals of its cells go either way.
 [[nodiscard]] double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements);
+/// Of that plate's way, of prisms: power of viscosity over that of elasticity, with a viscosity of as many Pa s as mu has Pa.
+[[nodiscard]] double pressed_plate_damping(Index cells, double thickness, double uneven);
 
 /// Torque over the twist rate in the middle of a square bar, twisted a little at its ends, over Saint-Venant's 0.1406 G a^4.
 [[nodiscard]] double torsion_ratio(Index cells_across, double poisson_ratio, TetElements elements);

@@ -55,7 +55,7 @@ Mat3 frame_of(const Prism& prism, std::span<const Vec3> x) {
 Vec3 normal_of(const Mat3& frame) { return frame.col(0).cross(frame.col(1)).normalized(); }
 
 Result<void> check_prisms(std::span<const Tet> tets, std::size_t node_count, Index sheet) {
-    const auto bad = [] { return Error{ErrorCode::BadValue, "elements \"prisms\": expected the mesh of a wall in layers"}; };
+    const auto bad = [] { return Error{ErrorCode::BadValue, "elements \"prisms\": expected the mesh of a wall in layers, as the mesher \"wall\" makes it"}; };
     if (sheet == 0 || node_count % sheet != 0 || tets.size() % 3 != 0) return bad();
     for (std::size_t p = 0; 3 * p < tets.size(); ++p) {
         const Prism prism = prism_of(tets, p, sheet);

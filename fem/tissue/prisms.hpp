@@ -9,7 +9,7 @@
 // R is what the mean of two faces that are folded against one another has too little of: along the wall the metric Fs^T Fs is that of Fm and sum V_P (J_P^T N) (J_P^T N)^T / V,
 // as the faces' own is; without it a wall under tension would fold, which its tension resists. The last term resists what neither the mean nor bending sees: what the two faces
 // are stretched by apart, and the kink between them, as weakly as they bend: w = 0.03 t^2 / h^2. All gradients are linear in the edges of the prisms' outer tetrahedra,
-// one on each face, which have all of its corners; the one between them feels viscosity alone.
+// one on each face, which have all of its corners; the one between them feels nothing.
 // This work is based on: Hauptmann & Schweizerhof 1998 (solid-shells), Bergou et al. 2006 (bending quadratic in positions; of a closed or clamped wall
 // what it leaves out, the coefficient of Gauss's curvature, does no work), Lyly, Stenberg & Vihinen 1993 (shear that goes with t^2 / h^2), Flanagan & Belytschko 1981
 // (the weak resistance). Deviates: the shear is that of the pair's mean, of large deformation, and any law's.

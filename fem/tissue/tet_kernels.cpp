@@ -16,6 +16,16 @@
 #include "fem/tissue/tet_patches-inl.hpp"
 #include "fem/tissue/tet_prisms-inl.hpp"
 
+#ifndef TROCAR_FEM_TET_KERNELS_ELEMENTS
+#define TROCAR_FEM_TET_KERNELS_ELEMENTS
+namespace trocar::fem {
+
+/// What has a gradient of its own.
+enum class Elements { Tets, Patches, Pairs };
+
+} // namespace trocar::fem
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
 namespace HWY_NAMESPACE {
@@ -57,10 +67,16 @@ Extremes run_patches(const ForcePlan& plan, const ForceChunk& chunk, const TetJo
     clear_slots(chunk, partial);
     LaneExtremes extremes;
     for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
-        if (plan.prisms.empty())
-            run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
-        else
-            run_pair_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+        run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+    return extremes.reduce();
+}
+
+template <class Law, TetKernel kKernel>
+Extremes run_pairs(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+    clear_slots(chunk, partial);
+    LaneExtremes extremes;
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
+        run_pair_row<Law, kKernel>(plan, b, job, records, partial, extremes);
     return extremes.reduce();
 }
 
@@ -98,41 +114,44 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
 using ChunkRun = Extremes (*)(const ForcePlan&, const ForceChunk&, const TetJob&, const NodeRecord*, PartialForce*);
 
 template <class Law, TetKernel kKernel>
-ChunkRun pick_elements(bool patched) {
-    return patched ? &run_patches<Law, kKernel> : &run_chunk<Law, kKernel>;
+ChunkRun pick_elements(Elements elements) {
+    return elements == Elements::Pairs     ? &run_pairs<Law, kKernel>
+           : elements == Elements::Patches ? &run_patches<Law, kKernel>
+                                           : &run_chunk<Law, kKernel>;
 }
 
 template <class Law>
-ChunkRun pick_kernel(TetKernel kernel, bool patched) {
+ChunkRun pick_kernel(TetKernel kernel, Elements elements) {
     switch (kernel) {
     case TetKernel::Force:
-        return pick_elements<Law, TetKernel::Force>(patched);
+        return pick_elements<Law, TetKernel::Force>(elements);
     case TetKernel::ViscousForce:
-        return pick_elements<Law, TetKernel::ViscousForce>(patched);
+        return pick_elements<Law, TetKernel::ViscousForce>(elements);
     case TetKernel::Stiffness:
-        return pick_elements<Law, TetKernel::Stiffness>(patched);
+        return pick_elements<Law, TetKernel::Stiffness>(elements);
     case TetKernel::Damping:
         break;
     }
+    if (elements == Elements::Pairs) return &run_pairs<StVKLanes, TetKernel::Damping>;
     return &run_chunk<StVKLanes, TetKernel::Damping>; // drag is each tet's own
 }
 
-ChunkRun pick_run(TetKernel kernel, MaterialLaw law, bool patched) {
+ChunkRun pick_run(TetKernel kernel, MaterialLaw law, Elements elements) {
     switch (law) {
     case MaterialLaw::StVK:
-        return pick_kernel<StVKLanes>(kernel, patched);
+        return pick_kernel<StVKLanes>(kernel, elements);
     case MaterialLaw::Corotational:
-        return pick_kernel<CorotationalLanes>(kernel, patched);
+        return pick_kernel<CorotationalLanes>(kernel, elements);
     case MaterialLaw::MooneyRivlin:
-        return pick_kernel<Alone<MooneyRivlinLanes>>(kernel, patched);
+        return pick_kernel<Alone<MooneyRivlinLanes>>(kernel, elements);
     case MaterialLaw::Ogden:
-        return pick_kernel<Alone<OgdenLanes>>(kernel, patched);
+        return pick_kernel<Alone<OgdenLanes>>(kernel, elements);
     case MaterialLaw::Hgo:
-        return pick_kernel<Alone<HgoLanes>>(kernel, patched);
+        return pick_kernel<Alone<HgoLanes>>(kernel, elements);
     case MaterialLaw::NeoHookean:
         break;
     }
-    return pick_kernel<NeoHookeanLanes>(kernel, patched);
+    return pick_kernel<NeoHookeanLanes>(kernel, elements);
 }
 
 int lane_count() { return static_cast<int>(kLanes); }
@@ -167,7 +186,7 @@ void Extremes::join(const Extremes& other) noexcept {
 }
 
 Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<PartialForce> partial) noexcept {
-    const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law, plan.patched());
+    const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law, !plan.prisms.empty() ? Elements::Pairs : plan.patched() ? Elements::Patches : Elements::Tets);
     std::array<Extremes, kMostBlocks> found;
     const auto run_range = [&](std::size_t block, std::size_t begin, std::size_t end) {
         Extremes& extremes = found[block] = no_extremes();

@@ -289,65 +289,112 @@ HWY_INLINE PairStress<S> pull_back(const PairFrame<S>& f, const PairPulls<S>& pu
 
 /// kLanes pairs between their two rounds over tetrahedra. Of products with a displacement the rates of all.
 struct PairWork {
-    PairGradients g, along;
-    M3 metric[kPairTets]; // with drag: edges Dm^-1 Dm^-T
-    M3 mean, jump; // what the energy changes by with Fm, and with the jump
+    PairGradients g, along; // along: of displacements or velocities
+    M3 mean, jump, curved[2]; // what the energy changes by with Fm, with the jump, and with each prism's bending
     V growth;
 };
 
-template <class Law>
-HWY_INLINE void begin_force(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w, V& tangent) {
-    const PairFrame<V> frame = find_frame(w.g, axes, weights.both);
-    const M3 felt = felt_gradient(w.g.mean, frame, axes, weights), cof = cofactors(felt);
-    w.mean = Law::stress(c, felt, cof, determinant(felt, cof), tangent);
-    const PairStress<V> s = pull_back(frame, {along_axis(w.mean, axes.first), along_axis(w.mean, axes.second), along_axis(w.mean, axes.across)}, weights);
+template <class S>
+HWY_INLINE PairPulls<S> pulls_of(const PairAxes& axes, const M3& stress, const M3& rate) {
+    if constexpr (sizeof(S) == sizeof(Dual))
+        return {along_axis(stress, rate, axes.first), along_axis(stress, rate, axes.second), along_axis(stress, rate, axes.across)};
+    else
+        return {along_axis(stress, axes.first), along_axis(stress, axes.second), along_axis(stress, axes.across)};
+}
+
+/// Viscosity of what the law does not see: of bending, twice of each fibre's as in the plane; of what the prisms differ by, as their elastic resistance goes
+/// with mu. By the rates of Fm^T B and Fm^T J, which no rotation changes. rates: of the frame; share: viscosity over mu.
+HWY_INLINE void add_shape_drag(const PairAxes& axes, const PairWeights& weights, const PairFrame<Dual>& f, V viscosity, V share, PairWork& w) {
+    const V per_bend = hn::Mul(set(2.0 / 3.0), viscosity);
+    for (int p = 0; p < 2; ++p) {
+        const M3 turned = tmul(w.along.mean, w.g.bent[p]), own = tmul(w.g.mean, w.along.bent[p]);
+        M3 rate;
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) rate.m[i] = hn::Mul(per_bend, hn::Add(turned.m[i], own.m[i]));
+        const M3 on_bent = mul(w.g.mean, rate), on_mean = mult(w.g.bent[p], rate);
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) {
+            w.curved[p].m[i] = hn::Add(w.curved[p].m[i], on_bent.m[i]);
+            w.mean.m[i] = hn::Add(w.mean.m[i], on_mean.m[i]);
+        }
+    }
+    const Three<Dual>* edges[3] = {&f.first, &f.second, &f.up};
+    const Three<V>* rest[3] = {&axes.first, &axes.second, &axes.across};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 2; ++j) {
+            const V pull = hn::Mul(hn::Mul(i < 2 ? weights.hold : weights.kink, share), inner(*edges[i], f.kink[j]).rate);
+            const Dual along{pull, pull};
+            add_values(times_each(*edges[i], along), *rest[j], w.jump);
+            add_values(times_each(f.kink[j], along), *rest[i], w.mean);
+        }
+}
+
+template <class Law, TetKernel kKernel>
+HWY_INLINE void begin_force(const TetJob& job, const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w, V& tangent, V& size_sq) {
+    constexpr bool kElastic = kKernel != TetKernel::Damping, kDrag = kKernel != TetKernel::Force;
+    PairFrame<V> frame;
+    [[maybe_unused]] PairFrame<Dual> moving;
+    if constexpr (kDrag) {
+        moving = find_frame(w.g, w.along, axes, weights.both);
+        frame = values_of(moving);
+    } else {
+        frame = find_frame(w.g, axes, weights.both);
+    }
+    const M3 felt = felt_gradient(w.g.mean, frame, axes, weights);
+    size_sq = contract(felt, felt);
+    M3 stress = zero_matrix();
+    PairWeights own = weights;
+    if constexpr (kElastic) {
+        const M3 cof = cofactors(felt);
+        stress = Law::stress(c, felt, cof, determinant(felt, cof), tangent);
+    } else {
+        own.hold = own.kink = set(0.0);
+    }
+    if constexpr (kDrag) stress = mul_add(felt, viscous_second_stress(set(job.viscosity), felt, felt_rate(w.along.mean, moving, axes, weights)), stress);
+    const PairStress<V> s = pull_back(frame, pulls_of<V>(axes, stress, stress), own);
+    w.mean = stress;
     add_values(s.first, axes.first, w.mean);
     add_values(s.second, axes.second, w.mean);
     add_values(s.up, axes.across, w.mean);
     w.jump = zero_matrix();
     add_values(s.kink[0], axes.first, w.jump);
     add_values(s.kink[1], axes.second, w.jump);
+    for (int p = 0; p < 2; ++p) w.curved[p] = scaled(w.g.bent[p], set(kElastic ? job.constants.bend : 0.0));
+    if constexpr (kDrag) add_shape_drag(axes, weights, moving, set(job.viscosity), set(job.viscosity * kPatchShare / job.constants.patch), w);
 }
 
 template <class Law>
-HWY_INLINE void begin_product(const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w) {
+HWY_INLINE void begin_product(const TetJob& job, const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w) {
     const PairFrame<Dual> frame = find_frame(w.g, w.along, axes, weights.both);
     const M3 felt = felt_gradient(w.g.mean, values_of(frame), axes, weights), cof = cofactors(felt);
     const V det = determinant(felt, cof);
     V unused = set(0.0);
     const M3 stress = Law::stress(c, felt, cof, det, unused);
     w.mean = Law::stress_along(c, felt, cof, det, felt_rate(w.along.mean, frame, axes, weights));
-    const PairStress<Dual> s =
-        pull_back(frame, {along_axis(stress, w.mean, axes.first), along_axis(stress, w.mean, axes.second), along_axis(stress, w.mean, axes.across)}, weights);
+    const PairStress<Dual> s = pull_back(frame, pulls_of<Dual>(axes, stress, w.mean), weights);
     add_rates(s.first, axes.first, w.mean);
     add_rates(s.second, axes.second, w.mean);
     add_rates(s.up, axes.across, w.mean);
     w.jump = zero_matrix();
     add_rates(s.kink[0], axes.first, w.jump);
     add_rates(s.kink[1], axes.second, w.jump);
+    for (int p = 0; p < 2; ++p) w.curved[p] = scaled(w.along.bent[p], set(job.constants.bend));
 }
 
 template <class Law, TetKernel kKernel>
 HWY_INLINE void begin_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const TetJob& job, const NodeRecord* records, PairWork& w) {
-    constexpr bool kAlong = kKernel == TetKernel::Stiffness, kSize = kKernel == TetKernel::ViscousForce || Law::kTurns;
+    constexpr bool kSize = kKernel == TetKernel::ViscousForce || Law::kTurns;
     const PairBatch& pair = plan.pairs[first / kPatch];
     const PairAxes axes = load_axes(pair, lane);
     const PairWeights weights = load_weights(pair, lane, job.constants);
     const Constants c(job.constants, set(1.0), fibres_of(plan, first), lane);
     load_pair(plan, first, lane, records, false, w.g);
+    if constexpr (kKernel != TetKernel::Force) load_pair(plan, first, lane, records, true, w.along);
     w.growth = set(1.0);
-    if constexpr (kAlong) {
-        load_pair(plan, first, lane, records, true, w.along);
-        begin_product<Law>(c, axes, weights, w);
+    if constexpr (kKernel == TetKernel::Stiffness) {
+        begin_product<Law>(job, c, axes, weights, w);
     } else {
         V tangent = set(0.0), size_sq = set(0.0);
-        begin_force<Law>(c, axes, weights, w, tangent);
-        if constexpr (kSize)
-            for (std::size_t k = 0; k < kPairTets; ++k) {
-                w.metric[k] = mul(w.g.edges[k], load_gram(plan.batches[first + k], lane));
-                size_sq = hn::Max(size_sq, contract(w.metric[k], w.g.edges[k])); // |F|^2
-            }
-        w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
+        begin_force<Law, kKernel>(job, c, axes, weights, w, tangent, size_sq);
+        if constexpr (kKernel != TetKernel::Damping) w.growth = find_growth<kSize>(job.growth, first * kBatch + lane, tangent, size_sq);
     }
 }
 
@@ -357,34 +404,29 @@ HWY_INLINE V volume_ratio(const M3& edges, const TetBatch& batch, std::size_t la
 }
 
 /// A force is -V d energy / d edges. Of the pairs' k-th tetrahedra, outer ones.
-HWY_INLINE M3 elastic_force(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const TetJob& job, const M3 (&curved)[2], const PairWork& w) {
+HWY_INLINE M3 edge_force(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const PairWork& w) {
     const PrismBatch& prism = plan.prisms[first + k];
     const M3 felt = scaled_add(w.jump, hn::Load(D8(), prism.side + lane), w.mean);
-    const M3 force = mult(felt, load_matrix(prism.mean, lane)), back = mult(curved[k / kPrismTets], load_matrix(prism.bend, lane));
-    const V volume = hn::Load(D8(), plan.pairs[first / kPatch].volume + lane);
-    return scaled(scaled_add(back, set(job.constants.bend), force), hn::Neg(volume));
+    const M3 force = mult(felt, load_matrix(prism.mean, lane)), back = mult(w.curved[k / kPrismTets], load_matrix(prism.bend, lane));
+    const V factor = hn::Neg(hn::Load(D8(), plan.pairs[first / kPatch].volume + lane));
+    M3 sum;
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) sum.m[i] = hn::Mul(hn::Add(force.m[i], back.m[i]), factor);
+    return sum;
 }
 
 /// Forces of the pairs' k-th tetrahedra.
 template <class Law, TetKernel kKernel>
-HWY_INLINE void end_pair(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const TetJob& job, const NodeRecord* records, const PairWork& w,
-                         PartialForce* partial, LaneExtremes& extremes) {
-    constexpr bool kAlong = kKernel == TetKernel::Stiffness, kDrag = kKernel == TetKernel::ViscousForce;
+HWY_INLINE void end_pair(const ForcePlan& plan, std::size_t first, std::size_t k, std::size_t lane, const PairWork& w, PartialForce* partial, LaneExtremes& extremes) {
     const std::size_t b = first + k;
     const TetBatch& batch = plan.batches[b];
-    const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
-    const V det = volume_ratio(w.g.edges[k], batch, lane);
-    M3 force = is_outer(k) ? elastic_force(plan, first, k, lane, job, (kAlong ? w.along : w.g).bent, w) : zero_matrix();
-    if constexpr (kAlong)
-        extremes.note(det, hn::Neg(contract(w.along.edges[k], force)), place);
-    else
-        extremes.note(det, w.growth, place);
-    if constexpr (kDrag) { // on edges, as NeoHookeanLanes
-        const V viscosity = hn::Mul(set(-job.viscosity), hn::Load(D8(), batch.volume + lane));
-        const Sym drag = viscous_second_stress(viscosity, w.g.edges[k], load_edges(batch, lane, records, true));
-        force = mul_add(mul(w.metric[k], drag), load_gram(batch, lane), force);
+    const M3 force = is_outer(k) ? edge_force(plan, first, k, lane, w) : zero_matrix();
+    if constexpr (kKernel != TetKernel::Damping) {
+        const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
+        V large = w.growth;
+        if constexpr (kKernel == TetKernel::Stiffness) large = hn::Neg(contract(w.along.edges[k], force));
+        extremes.note(volume_ratio(w.g.edges[k], batch, lane), large, place);
     }
-    if (kDrag || is_outer(k)) add_to_slots(force, batch, lane, partial);
+    if (is_outer(k)) add_to_slots(force, batch, lane, partial);
 }
 
 /// Forces of a row of pairs, batch by batch whatever the number of lanes: the order of the sums makes the bits.
@@ -394,7 +436,7 @@ HWY_INLINE void run_pair_row(const ForcePlan& plan, std::size_t first, const Tet
     for (std::size_t group = 0; group < kBatch / kLanes; ++group) begin_pair<Law, kKernel>(plan, first, group * kLanes, job, records, work[group]);
     for (std::size_t k = 0; k < kPairTets; ++k)
         for (std::size_t group = 0; group < kBatch / kLanes; ++group)
-            end_pair<Law, kKernel>(plan, first, k, group * kLanes, job, records, work[group], partial, extremes);
+            end_pair<Law, kKernel>(plan, first, k, group * kLanes, work[group], partial, extremes);
 }
 
 } // namespace trocar::fem::HWY_NAMESPACE

@@ -261,6 +261,61 @@ TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
     EXPECT_FALSE(make_tissue_model(wall->tets, material, {}).ok());
 }
 
+TEST(WallMesh, OfPrismsIsDampedByViscosityAsItIsStiffHoweverWideItsTriangles) {
+    std::mt19937_64 engine(9);
+    std::normal_distribution<double> normal;
+    const auto random_field = [&](std::size_t count, double size) {
+        std::vector<Vec3> field(count);
+        for (Vec3& v : field) v = size * Vec3(normal(engine), normal(engine), normal(engine));
+        return field;
+    };
+    const TriMesh ball = make_ball(0.01, 4);
+    const auto sheet = static_cast<Index>(ball.vertices.size());
+    for (const double thickness : {0.0002, 0.002}) {
+        const auto wall = make_wall_mesh(ball, {.thickness = thickness, .layers = 1});
+        Material material{.law = MaterialLaw::NeoHookean, .young_modulus = 1e5, .poisson_ratio = 0.45, .density = 1000.0, .viscosity = 30.0};
+        material.elements = TetElements::Prisms;
+        const TissueModel model = make_tissue_model(wall->tets, material, {}, {}, sheet).value();
+        std::vector<Vec3> bent = model.rest_position;
+        const std::vector<Vec3> way = random_field(bent.size(), 0.2 * thickness);
+        for (std::size_t n = 0; n < bent.size(); ++n) bent[n] += way[n];
+        const auto drag = [&](const std::vector<Vec3>& velocity) {
+            std::vector<Vec3> product(bent.size(), Vec3::Zero());
+            add_damping_product(model, bent, velocity, product);
+            return product;
+        };
+        const auto dot = [](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+            double sum = 0.0;
+            for (std::size_t n = 0; n < a.size(); ++n) sum += a[n].dot(b[n]);
+            return sum;
+        };
+        const std::vector<Vec3> u = random_field(bent.size(), 1.0), v = random_field(bent.size(), 1.0), of_u = drag(u), of_v = drag(v);
+        const double size = dot(u, of_u);
+        EXPECT_GT(size, 0.0);
+        EXPECT_NEAR(dot(u, of_v), dot(v, of_u), 1e-11 * size);
+        std::vector<Vec3> turning(bent.size()), still(bent.size(), Vec3::Zero()), force = still, elastic = still;
+        for (std::size_t n = 0; n < bent.size(); ++n) turning[n] = Vec3(3.0, -2.0, 1.0).cross(bent[n]) + Vec3(0.1, 0.2, 0.3);
+        EXPECT_LT(std::abs(dot(turning, drag(turning))), 1e-11 * size);
+        Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+        for (std::size_t n = 0; n < bent.size(); ++n) sum += of_u[n], moment += bent[n].cross(of_u[n]);
+        EXPECT_LT(sum.norm(), 1e-11 * size);
+        EXPECT_LT(moment.norm(), 1e-11 * size);
+        add_tet_forces(model, bent, u, force);
+        add_tet_forces(model, bent, still, elastic);
+        double off = 0.0, most = 0.0;
+        for (std::size_t n = 0; n < bent.size(); ++n) off = std::max(off, (elastic[n] - force[n] - of_u[n]).norm()), most = std::max(most, of_u[n].norm());
+        EXPECT_LT(off, 1e-10 * most);
+    }
+    // Of a plate's way under pressure, over what it is with the moduli: 1 - nu of a bent plate.
+    for (const double uneven : {0.0, 0.25})
+        for (const double thickness : {1.0 / 20.0, 1.0 / 200.0}) {
+            const double ratio = pressed_plate_damping(8, thickness, uneven);
+            std::printf("plate of %.4f, uneven by %.2f: damped %.3f times as it is stiff\n", thickness, uneven, ratio);
+            EXPECT_GT(ratio, 0.4);
+            EXPECT_LT(ratio, 1.5);
+        }
+}
+
 TEST(WallMesh, RefusesWhatIsNoWall) {
     const TriMesh ball = make_ball(0.01, 4);
     EXPECT_FALSE(make_wall_mesh(ball, {.thickness = 0.0, .layers = 1}).ok());

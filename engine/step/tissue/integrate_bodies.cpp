@@ -66,7 +66,7 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
                                ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
                                              "contact.solid_stiffness), or a coarser coarse mesh")
                                : fmt::format("its tetrahedron {} is the stiffest, at a smallest volume of {:.3g} of rest. Fewer coarse "
-                                             "triangles, the lattice mesher (coarse.mesher; of a wall more layers), or softer contact, if it is crushed",
+                                             "triangles, the lattice mesher (coarse.mesher; of a wall fewer layers), or softer contact, if it is crushed",
                                              done.tightest.worst_tet, end.min_volume_ratio));
     }
     if (!end.finite())
