@@ -3,6 +3,7 @@
 #include "fem/tissue/classical_cases.hpp"
 #include "fem/tissue/law_validation.hpp"
 #include "fem/tissue/validation.hpp"
+#include "fem/tissue/wall_cases.hpp"
 
 #include <fmt/format.h>
 

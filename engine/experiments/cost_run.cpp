@@ -78,7 +78,7 @@ struct OwnRun {
 CostOwnRun run_by_itself(const SceneModel& scene, const SceneModel& model, const CostOptions& options, const ExactRun& exact, const CostRow& of) {
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
-    if (const std::string culler = attach_culler(simulator); !culler.empty()) options.progress(culler);
+    (void)attach_culler(simulator); // the table says which
     if (!go_to_start(simulator, options, scene)) {
         row.failure = kForeignStart;
         return row;
@@ -238,6 +238,8 @@ Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& co
     table.from = options.from;
     table.model_hash = hash_model(model);
     table.rows = list_rows(options);
+    for (const CostVariant& variant : options.variants)
+        if (const std::string culler = describe_culler(*variant.model); !culler.empty()) table.notices.push_back(variant.name + ": " + culler);
     const ExactRun exact = find_exact_run(model, options, table.notices);
     table.steps = exact.steps;
     table.compared_states = exact.shapes.size();

@@ -10,4 +10,7 @@ namespace trocar::engine {
 /// returns   the outcome as a sentence; empty: nothing was requested
 std::string attach_culler(Simulator& simulator, const ContextOptions& options = {});
 
+/// That sentence alone.
+[[nodiscard]] std::string describe_culler(const SceneModel& model, const ContextOptions& options = {});
+
 } // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include "base/trig.hpp"
 #include "fem/mesh/bar_mesh.hpp"
 #include "fem/mesh/mapped_mesh.hpp"
-#include "fem/mesh/wall_mesh.hpp"
+#include "fem/tissue/case_bodies.hpp"
 #include "fem/tissue/forces.hpp"
 #include "fem/tissue/integrate.hpp"
 #include "fem/tissue/law_validation.hpp"
@@ -13,66 +13,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 namespace trocar::fem {
 
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-using Field = std::vector<Vec3>; // [node_count]
-
-TissueModel make_body(const TetMesh& mesh, double young, double poisson_ratio, TetElements elements, const std::vector<Index>& pinned = {},
-                      double density = 1000.0, Index sheet = 0) {
-    Material material{.law = MaterialLaw::NeoHookean, .young_modulus = young, .poisson_ratio = poisson_ratio, .density = density};
-    material.elements = elements;
-    return make_tissue_model(mesh, material, pinned, {}, sheet).value();
-}
-
-TissueModel make_wall_body(const WallMesh& wall, Index layers, double poisson_ratio, TetElements elements, const std::vector<Index>& pinned = {}) {
-    return make_body(wall.tets, 1.0, poisson_ratio, elements, pinned, 1000.0, static_cast<Index>(wall.tets.vertices.size() / (layers + 1)));
-}
-
-/// Along z, open at both ends.
-TriMesh make_pipe(double radius, double length, Index around, Index rings) {
-    TriMesh pipe;
-    for (Index i = 0; i < rings; ++i)
-        for (Index j = 0; j < around; ++j)
-            pipe.vertices.push_back(Vec3(radius * std::cos(2.0 * kPi * j / around), radius * std::sin(2.0 * kPi * j / around), length * i / (rings - 1)));
-    const auto id = [around](Index i, Index j) { return i * around + j % around; };
-    for (Index i = 0; i + 1 < rings; ++i)
-        for (Index j = 0; j < around; ++j) {
-            pipe.triangles.push_back({id(i, j), id(i, j + 1), id(i + 1, j + 1)});
-            pipe.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i + 1, j)});
-        }
-    return pipe;
-}
-
-std::vector<Index> nodes_at(const TetMesh& mesh, int axis, double value) {
-    std::vector<Index> nodes;
-    for (Index node = 0; node < mesh.vertices.size(); ++node)
-        if (std::abs(mesh.vertices[node][axis] - value) < 1e-9) nodes.push_back(node);
-    return nodes;
-}
-
-/// Of an inner pressure 1 on the nodes of a surface, outwards.
-Field press_out(const TetMesh& mesh, const TriMesh& inner) {
-    Field force(mesh.vertices.size(), Vec3::Zero());
-    for (const Triangle& t : inner.triangles) {
-        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-        for (const Index node : t) force[node] += (b - a).cross(c - a) / 6.0;
-    }
-    return force;
-}
 
 } // namespace
 
 double cook_tip(Index cells, TetElements elements) {
     const TetMesh mesh =
         make_mapped_grid({cells, cells, 1}, [](double u, double v, double w) { return Vec3(48.0 * u, 44.0 * u + v * (44.0 - 28.0 * u), w); });
-    const TissueModel model = make_body(mesh, 1.0, 1.0 / 3.0, elements, nodes_at(mesh, 0, 0.0));
+    const TissueModel model = make_body(mesh, 1.0, 1.0 / 3.0, elements, nodes_across(mesh, 0, 0.0));
     Field force(model.node_count(), Vec3::Zero());
-    const std::vector<Index> end = nodes_at(mesh, 0, 48.0);
+    const std::vector<Index> end = nodes_across(mesh, 0, 48.0);
     for (const Index node : end) {
         const bool edge = mesh.vertices[node][1] < 44.01 || mesh.vertices[node][1] > 59.99;
         force[node][1] = (edge ? 0.25 : 0.5) / cells; // 1 in all, over both faces
@@ -86,7 +41,7 @@ double cook_tip(Index cells, TetElements elements) {
 
 double block_sink(Index cells, double poisson_ratio, TetElements elements) {
     const TetMesh mesh = make_bar_mesh({cells, cells, cells}, 1.0 / cells, 0.0);
-    const TissueModel model = make_body(mesh, 5000.0, poisson_ratio, elements, nodes_at(mesh, 2, 0.0));
+    const TissueModel model = make_body(mesh, 5000.0, poisson_ratio, elements, nodes_across(mesh, 2, 0.0));
     Field force(model.node_count(), Vec3::Zero());
     double all = 0.0;
     const auto weight = [&](const Vec3& x) { // of a node's share of the loaded square: half on its edge
@@ -94,8 +49,8 @@ double block_sink(Index cells, double poisson_ratio, TetElements elements) {
         if (off.maxCoeff() > 0.25 + 1e-9) return 0.0;
         return (off[0] > 0.25 - 1e-9 ? 0.5 : 1.0) * (off[1] > 0.25 - 1e-9 ? 0.5 : 1.0);
     };
-    for (const Index node : nodes_at(mesh, 2, 1.0)) all += weight(mesh.vertices[node]);
-    for (const Index node : nodes_at(mesh, 2, 1.0)) force[node][2] = -weight(mesh.vertices[node]) / all;
+    for (const Index node : nodes_across(mesh, 2, 1.0)) all += weight(mesh.vertices[node]);
+    for (const Index node : nodes_across(mesh, 2, 1.0)) force[node][2] = -weight(mesh.vertices[node]) / all;
     double sink = 0.0;
     const Field u = solve_small_strain(model, force);
     for (std::size_t node = 0; node < u.size(); ++node) sink += u[node].dot(force[node]); // work: the mean under the load
@@ -293,123 +248,6 @@ double artery_ratio(Index cells, double widening, TetElements elements) {
     return widening_of(tube, [&](Index node) { return Vec3(state.position[node] - model.rest_position[node]); }) / widening;
 }
 
-double shell_ratio(Index around, Index layers, double poisson_ratio, TetElements elements) {
-    const TriMesh sphere = make_octasphere(around / 4);
-    const Result<WallMesh> wall = make_wall_mesh(sphere, {.thickness = 0.1, .layers = layers});
-    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements);
-    const Field u = solve_small_strain(model, press_out(wall->tets, sphere));
-    double widened = 0.0;
-    for (std::size_t v = 0; v < sphere.vertices.size(); ++v) widened += u[v].dot(sphere.vertices[v]) / static_cast<double>(sphere.vertices.size());
-    const double b3 = 1.1 * 1.1 * 1.1;
-    return widened / (((1.0 - 2.0 * poisson_ratio) + (1.0 + poisson_ratio) * 0.5 * b3) / (b3 - 1.0));
-}
-
-double crushed_ring_ratio(Index around, Index layers, double poisson_ratio, TetElements elements) {
-    constexpr double kThick = 0.1, kMiddle = 1.0;
-    constexpr Index kRings = 3;
-    const double width = 2.0 * kPi / around * (kRings - 1);
-    const TriMesh pipe = make_pipe(kMiddle - 0.5 * kThick, width, around, kRings);
-    const auto id = [around](Index i, Index j) { return i * around + j % around; };
-    const Result<WallMesh> wall = make_wall_mesh(pipe, {.thickness = kThick, .layers = layers});
-    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements);
-    Field force(wall->tets.vertices.size(), Vec3::Zero());
-    const Index across = around / 2;
-    const auto count = static_cast<Index>(pipe.vertices.size());
-    for (Index i = 0; i < kRings; ++i) { // shared by all nodes through the thickness at two opposite places
-        const double share = (i == 0 || i + 1 == kRings ? 0.5 : 1.0) / (kRings - 1) / (layers + 1);
-        for (Index layer = 0; layer <= layers; ++layer) force[layer * count + id(i, 0)].x() -= share, force[layer * count + id(i, across)].x() += share;
-    }
-    const Field u = solve_small_strain(model, force);
-    double shorter = 0.0; // of the middle of the thickness
-    for (Index i = 0; i < kRings; ++i)
-        for (const Index layer : {0u, layers})
-            shorter += (u[layer * count + id(i, across)].x() - u[layer * count + id(i, 0)].x()) / (2.0 * kRings);
-    return shorter / ((0.25 * kPi - 2.0 / kPi) * 12.0 / (width * kThick * kThick * kThick));
-}
-
-namespace {
-
-constexpr double kPlateNu = 0.3;
-
-/// Square, of side 1, clamped all around, modulus 1.
-struct Plate {
-    TriMesh sheet;
-    TissueModel model;
-    Field way; // under a pressure of 1
-};
-
-Plate press_plate(Index cells, double thickness, double uneven, TetElements elements) {
-    std::mt19937_64 engine(7);
-    const auto random = [&] { return std::ldexp(static_cast<double>(engine() >> 11), -53); };
-    TriMesh sheet;
-    const double cell = 1.0 / cells;
-    for (Index i = 0; i <= cells; ++i)
-        for (Index j = 0; j <= cells; ++j) {
-            const bool held = i == 0 || j == 0 || i == cells || j == cells;
-            const double aside = 2.0 * uneven * random() - uneven, ahead = 2.0 * uneven * random() - uneven;
-            sheet.vertices.push_back(cell * (Vec3(i, j, 0.0) + (held ? 0.0 : 1.0) * Vec3(aside, ahead, 0.0)));
-        }
-    for (Index i = 0; i < cells; ++i)
-        for (Index j = 0; j < cells; ++j) {
-            const Index a = i * (cells + 1) + j, b = a + cells + 1, c = b + 1, d = a + 1;
-            const bool turned = uneven > 0.0 && random() < 0.5;
-            sheet.triangles.push_back(turned ? Triangle{a, b, d} : Triangle{a, b, c});
-            sheet.triangles.push_back(turned ? Triangle{b, c, d} : Triangle{a, c, d});
-        }
-    const Result<WallMesh> wall = make_wall_mesh(sheet, {.thickness = thickness, .layers = 1});
-    std::vector<Index> pinned;
-    for (const int axis : {0, 1})
-        for (const double end : {0.0, 1.0})
-            for (const Index node : nodes_at(wall->tets, axis, end)) pinned.push_back(node);
-    std::sort(pinned.begin(), pinned.end());
-    pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
-    TissueModel model = make_wall_body(*wall, 1, kPlateNu, elements, pinned);
-    Field way = solve_small_strain(model, press_out(wall->tets, sheet));
-    return {std::move(sheet), std::move(model), std::move(way)};
-}
-
-} // namespace
-
-double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements) {
-    constexpr double kDeflection = 0.00126532;
-    const Plate plate = press_plate(cells, thickness, uneven, elements);
-    double nearest = 1.0, way = 0.0;
-    for (std::size_t v = 0; v < plate.sheet.vertices.size(); ++v)
-        if (const double off = (plate.sheet.vertices[v] - Vec3(0.5, 0.5, 0.0)).norm(); off < nearest) nearest = off, way = plate.way[v].z();
-    return way / (kDeflection * 12.0 * (1.0 - kPlateNu * kPlateNu) / (thickness * thickness * thickness));
-}
-
-double pressed_plate_damping(Index cells, double thickness, double uneven) {
-    Plate plate = press_plate(cells, thickness, uneven, TetElements::Prisms);
-    plate.model.material.viscosity = 0.5 / (1.0 + kPlateNu); // mu
-    const Field& rest = plate.model.rest_position;
-    Field stiff(rest.size(), Vec3::Zero()), damped = stiff;
-    add_stiffness_product(plate.model, rest, plate.way, stiff);
-    add_damping_product(plate.model, rest, plate.way, damped);
-    double over = 0.0, under = 0.0;
-    for (std::size_t n = 0; n < rest.size(); ++n) over += damped[n].dot(plate.way[n]), under += stiff[n].dot(plate.way[n]);
-    return over / under;
-}
-
-double pressed_tube_way(Index around, Index layers, double poisson_ratio, TetElements elements) {
-    constexpr double kThick = 0.2, kLong = 6.0, kWide = 0.3; // of a bore of 1
-    const auto rings = static_cast<Index>(std::lround(kLong / (2.0 * kPi / around))) / 2 * 2 + 1;
-    const TriMesh pipe = make_pipe(1.0, kLong, around, rings);
-    const Result<WallMesh> wall = make_wall_mesh(pipe, {.thickness = kThick, .layers = layers});
-    std::vector<Index> pinned = nodes_at(wall->tets, 2, 0.0);
-    for (const Index node : nodes_at(wall->tets, 2, kLong)) pinned.push_back(node);
-    const TissueModel model = make_wall_body(*wall, layers, poisson_ratio, elements, pinned);
-    Field force(wall->tets.vertices.size(), Vec3::Zero());
-    std::vector<double> share(pipe.vertices.size());
-    double sum = 0.0;
-    for (std::size_t v = 0; v < share.size(); ++v) sum += share[v] = std::exp(-(pipe.vertices[v] - Vec3(1.0, 0.0, 0.5 * kLong)).squaredNorm() / (kWide * kWide));
-    for (std::size_t v = 0; v < share.size(); ++v) force[v].x() = share[v] / sum;
-    const Field u = solve_small_strain(model, force);
-    double way = 0.0;
-    for (std::size_t v = 0; v < share.size(); ++v) way += share[v] / sum * u[v].x();
-    return way;
-}
-
 double torsion_ratio(Index cells_across, double poisson_ratio, TetElements elements) {
     // Tangential forces on both ends that grow as the distance from the axis: away from the ends any torque twists alike.
     constexpr double kLong = 4.0;
@@ -421,7 +259,7 @@ double torsion_ratio(Index cells_across, double poisson_ratio, TetElements eleme
     double torque = 0.0;
     const auto area = [](const Vec3& x) { return (std::abs(x.y()) > 0.4999 ? 0.5 : 1.0) * (std::abs(x.z()) > 0.4999 ? 0.5 : 1.0); };
     for (const double end : {0.0, kLong})
-        for (const Index node : nodes_at(mesh, 0, end)) {
+        for (const Index node : nodes_across(mesh, 0, end)) {
             const Vec3 across = (end > 0.0 ? 1.0 : -1.0) * area(mesh.vertices[node]) * Vec3::UnitX().cross(mesh.vertices[node]);
             force[node] = across;
             if (end > 0.0) torque += mesh.vertices[node].cross(across).x();
@@ -429,7 +267,7 @@ double torsion_ratio(Index cells_across, double poisson_ratio, TetElements eleme
     const Field u = solve_small_strain(model, force);
     const auto turned = [&](double x) { // of a section: least squares
         double moment = 0.0, size = 0.0;
-        for (const Index node : nodes_at(mesh, 0, x)) {
+        for (const Index node : nodes_across(mesh, 0, x)) {
             const Vec3& at = mesh.vertices[node];
             moment += at.cross(u[node]).x(), size += at.y() * at.y() + at.z() * at.z();
         }
@@ -481,7 +319,7 @@ double timoshenko_frequency(double length, double poisson_ratio) {
 double bending_mode_ratio(Index cells_across, double poisson_ratio, TetElements elements) {
     constexpr Index kSlender = 10;
     const TetMesh mesh = make_bar_mesh({kSlender * cells_across, cells_across, cells_across}, 1.0 / cells_across, 0.0);
-    const TissueModel model = make_body(mesh, 1.0, poisson_ratio, elements, nodes_at(mesh, 0, 0.0), 1.0);
+    const TissueModel model = make_body(mesh, 1.0, poisson_ratio, elements, nodes_across(mesh, 0, 0.0), 1.0);
     Field u, force(model.node_count(), Vec3::Zero());
     for (const Vec3& x : mesh.vertices) u.push_back(Vec3(0.0, 0.0, x.x() * x.x()));
     double frequency_sq = 0.0;
@@ -504,8 +342,8 @@ TurnedBar turn_bar(MaterialLaw law, Index cells_across) {
     const double side = 0.02;
     TetMesh mesh = make_bar_mesh({6 * cells_across, cells_across, cells_across}, side / cells_across, 0.0);
     for (Vec3& x : mesh.vertices) x -= Vec3(0.0, 0.5 * side, 0.5 * side);
-    std::vector<Index> held = nodes_at(mesh, 0, 0.0);
-    for (const Index node : nodes_at(mesh, 0, 6.0 * side)) held.push_back(node);
+    std::vector<Index> held = nodes_across(mesh, 0, 0.0);
+    for (const Index node : nodes_across(mesh, 0, 6.0 * side)) held.push_back(node);
     const double mu = 5000.0 / 2.9;
     Material material{.law = law, .young_modulus = 5000.0, .poisson_ratio = 0.45, .density = 1000.0, .viscosity = 2.0, .mass_damping = 20.0};
     material.c10 = 0.35 * mu, material.c01 = 0.15 * mu;

@@ -2,7 +2,7 @@
 
 #include "fem/tissue/fibred_laws.hpp"
 #include "fem/tissue/laws.hpp"
-#include "fem/tissue/prisms.hpp"
+#include "fem/tissue/prism_pair.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,104 +53,56 @@ Vec3 find_centre(const TissueModel& model, std::size_t tet) noexcept {
     return sum;
 }
 
-Mat3 to_matrix(const Block<double>& block) {
-    Mat3 matrix;
-    for (int i = 0; i < 9; ++i) matrix(i / 3, i % 3) = block.m[i];
-    return matrix;
+/// J/m^3
+template <class Law>
+double pair_energy(const LawConstants& law, const PrismPair& pair, const FibreAxes& fibres) noexcept {
+    const Block<double> felt = to_block(pair.felt());
+    return Law::energy(law, felt, determinant(felt), &fibres) + law.patch * pair.hold_energy() + 0.5 * law.bend * pair.bending_sq();
 }
 
-/// A pair of prisms (prisms.hpp), one of the plan's: the sum that kernels take in lanes, in plain words.
-class PrismPair {
-public:
-    PrismPair(const ForcePlan& plan, std::size_t first, std::size_t lane) : plan_(plan), first_(first), lane_(lane) {}
-
-    void add(std::size_t k, const Block<double>& edges) {
-        const PrismBatch& prism = plan_.prisms[first_ + k];
-        const auto by = [&](const double(&m)[9][kBatch]) {
-            Mat3 matrix;
-            for (int i = 0; i < 9; ++i) matrix(i / 3, i % 3) = m[i][lane_];
-            return Mat3(to_matrix(edges) * matrix);
-        };
-        const Mat3 part = by(prism.mean);
-        mean_ += part, jump_ += prism.side[lane_] * part, bent_[k / 3] += by(prism.bend);
+/// Energy of a patch, whose tets have the gradients `each` and volumes above 0 or are fillers. note(k, J/m^3)
+template <class Law, class Note>
+void measure_patch(const TissueModel& model, std::size_t first, std::size_t lane, const Block<double> (&each)[kPatch], Note&& note) noexcept {
+    Block<double> mean{};
+    for (std::size_t k = 0; k < kPatch; ++k)
+        for (int i = 0; i < 9; ++i) mean.m[i] += model.plan.shares[first + k].share[lane] * each[k].m[i];
+    const FibreAxes fibres = find_fibres_at(model, first, lane);
+    const double shared = Law::energy(model.law, mean, determinant(mean), &fibres);
+    for (std::size_t k = 0; k < kPatch; ++k) {
+        Block<double> off = each[k];
+        for (int i = 0; i < 9; ++i) off.m[i] -= mean.m[i];
+        note(k, shared + 0.5 * model.law.patch * contraction(off, off));
     }
-    /// J/m^3
-    template <class Law>
-    [[nodiscard]] double energy(const LawConstants& law, const FibreAxes& fibres) const {
-        const PairBatch& pair = plan_.pairs[first_ / kPatch];
-        const auto axis = [&](std::size_t first) { return Vec3(pair.along[first][lane_], pair.along[first + 1][lane_], pair.along[first + 2][lane_]); };
-        const Vec3 along[2] = {axis(0), axis(3)}, across = along[0].cross(along[1]);
-        const Vec3 area = (mean_ * along[0]).cross(mean_ * along[1]), up = mean_ * across;
-        const Vec3 normal = area / std::max(area.norm(), kLeastPairArea);
-        double kinks = 0.0, step[2] = {};
-        for (std::size_t i = 0; i < 2; ++i) {
-            const Vec3 kink = jump_ * along[i];
-            step[i] = normal.dot(kink);
-            kinks += pair.hold[lane_] * (kink.squaredNorm() - step[i] * step[i]) + pair.kink[lane_] * step[i] * step[i];
-        }
-        const Vec3 fold = (step[0] * (mean_ * along[1]) - step[1] * (mean_ * along[0])).cross(normal) / std::max(area.norm(), kLeastPairArea);
-        const double both = pair.hold[lane_] * kPatchShare / kHoldShare, growth = 1.0 / (1.0 + std::sqrt(1.0 + both * fold.squaredNorm()));
-        const Mat3 felt = mean_ - (1.0 - pair.shear[lane_]) * (up - normal * normal.dot(up)) * across.transpose() +
-                          growth * both * fold * (step[0] * along[0] + step[1] * along[1]).transpose();
-        Block<double> gradient;
-        for (int i = 0; i < 9; ++i) gradient.m[i] = felt(i / 3, i % 3);
-        return Law::energy(law, gradient, felt.determinant(), &fibres) + 0.5 * law.patch * kinks + 0.5 * law.bend * (bent_[0].squaredNorm() + bent_[1].squaredNorm());
-    }
+}
 
-private:
-    const ForcePlan& plan_;
-    std::size_t first_, lane_;
-    Mat3 mean_ = Mat3::Zero(), jump_ = Mat3::Zero(), bent_[2] = {Mat3::Zero(), Mat3::Zero()};
-};
-
-/// Pair by pair, in the plan's order.
+/// Patch by patch, or pair by pair of prisms, in the plan's order.
 template <class Law, class At>
-TetReport measure_pairs(const TissueModel& model, At&& at) noexcept {
+TetReport measure_rows(const TissueModel& model, At&& at) noexcept {
     TetReport report;
     const ForcePlan& plan = model.plan;
     for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
         for (std::size_t lane = 0; lane < kBatch; ++lane) {
             const auto tet_at = [&](std::size_t k) { return plan.tet_of[(first + k) * kBatch + lane]; };
-            PrismPair pair(plan, first, lane);
-            for (std::size_t k = 0; k < 6; ++k) pair.add(k, find_edges(model, tet_at(k), at));
-            const double energy = pair.template energy<Law>(model.law, find_fibres_at(model, first, lane));
-            for (std::size_t k = 0; k < 6; ++k)
+            Block<double> each[kPatch];
+            for (std::size_t k = 0; k < kPatch; ++k) each[k] = find_gradient(model, tet_at(k), at);
+            const auto note = [&](std::size_t k, double density) {
                 if (const double volume = plan.batches[first + k].volume[lane]; volume > 0.0) // fillers have none
-                    note_energy(report, determinant(find_gradient(model, tet_at(k), at)), volume * energy, tet_at(k));
-        }
-    return report;
-}
-
-/// Patch by patch, in the plan's order.
-template <class Law, class At>
-TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
-    TetReport report;
-    const ForcePlan& plan = model.plan;
-    for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
-        for (std::size_t lane = 0; lane < kBatch; ++lane) {
-            Block<double> each[kPatch], mean{};
-            for (std::size_t k = 0; k < kPatch; ++k) {
-                each[k] = find_gradient(model, plan.tet_of[(first + k) * kBatch + lane], at);
-                for (int i = 0; i < 9; ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
+                    note_energy(report, determinant(each[k]), volume * density, tet_at(k));
+            };
+            if (plan.prisms.empty()) {
+                measure_patch<Law>(model, first, lane, each, note);
+                continue;
             }
-            const FibreAxes fibres = find_fibres_at(model, first, lane);
-            const double shared = Law::energy(model.law, mean, determinant(mean), &fibres);
-            for (std::size_t k = 0; k < kPatch; ++k) {
-                const double volume = plan.batches[first + k].volume[lane];
-                Block<double> off = each[k];
-                for (int i = 0; i < 9; ++i) off.m[i] -= mean.m[i];
-                if (!(volume > 0.0)) continue; // fillers have none
-                const double det = determinant(each[k]);
-                note_energy(report, det, volume * (shared + 0.5 * model.law.patch * contraction(off, off)), plan.tet_of[(first + k) * kBatch + lane]);
-            }
+            const PrismPair pair(plan, first, lane, [&](std::size_t k) { return find_edges(model, tet_at(k), at); });
+            const double density = pair_energy<Law>(model.law, pair, find_fibres_at(model, first, lane));
+            for (std::size_t k = 0; k < kPairTets; ++k) note(k, density);
         }
     return report;
 }
 
 template <class Law, class At>
 TetReport measure(const TissueModel& model, At&& at) noexcept {
-    if (!model.plan.prisms.empty()) return measure_pairs<Law>(model, at);
-    if (model.plan.patched()) return measure_patches<Law>(model, at);
+    if (model.plan.patched()) return measure_rows<Law>(model, at);
     TetReport report;
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
         const Block<double> f = find_gradient(model, tet, at);

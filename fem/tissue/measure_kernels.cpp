@@ -133,8 +133,8 @@ TetSum sum_pairs(const ForcePlan& plan, const ForceChunk& chunk, const LawConsta
             PairGradients g;
             load_pair(plan, b, lane, records, false, g);
             const PairFrame<V> frame = find_frame(g, axes, weights.both);
-            const M3 felt = felt_gradient(g.mean, frame, axes, weights);
-            const V stretched = find_energy<kLaw>(constants, fibres_of(plan, b), lane, felt, determinant(felt, cofactors(felt)));
+            const M3 f = felt(g.mean, frame, axes, weights);
+            const V stretched = find_energy<kLaw>(constants, fibres_of(plan, b), lane, f, determinant(f, cofactors(f)));
             const V bent = hn::Mul(set(0.5 * constants.bend), hn::Add(contract(g.bent[0], g.bent[0]), contract(g.bent[1], g.bent[1])));
             const V energy = hn::Add(hn::Add(stretched, bent), kink_energy(frame, weights));
             for (std::size_t k = 0; k < kPairTets; ++k) total.add(plan, b + k, group, volume_ratio(g.edges[k], plan.batches[b + k], lane), energy);

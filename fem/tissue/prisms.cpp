@@ -85,7 +85,7 @@ public:
 
     void fill(const PatchPlace& at) {
         double whole = 0.0, share[2] = {};
-        for (std::size_t k = 0; k < 2 * kPrismTets; ++k) whole += volume_at(at, k), share[k / kPrismTets] += volume_at(at, k);
+        for (std::size_t k = 0; k < kPairTets; ++k) whole += volume_at(at, k), share[k / kPrismTets] += volume_at(at, k);
         if (!(whole > 0.0)) return;
         for (double& s : share) s /= whole;
         PairShape shape;

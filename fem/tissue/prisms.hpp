@@ -20,7 +20,10 @@
 
 namespace trocar::fem {
 
-inline constexpr std::size_t kPrismTets = 3;
+inline constexpr std::size_t kPrismTets = 3, kPairTets = 2 * kPrismTets;
+
+/// Of a pair's tetrahedra: on a face of its prism.
+constexpr bool is_outer(std::size_t k) noexcept { return k % kPrismTets != 1; }
 
 /// Of mu: resistance to what the two prisms of a pair are stretched by apart.
 inline constexpr double kHoldShare = 1.0;

@@ -3,6 +3,7 @@
 #include "fem/tissue/block.hpp"
 #include "fem/tissue/blocks.hpp"
 #include "fem/tissue/exponential.hpp"
+#include "fem/tissue/prism_pair.hpp"
 
 #include <array>
 
@@ -33,35 +34,38 @@ Branches list_branches(const Material& m) noexcept {
 /// Batches that share one strain.
 std::size_t group_of(const ForcePlan& plan) noexcept { return plan.patched() ? kPatch : 1; }
 
-Block<double> load_gradient(const ForcePlan& plan, std::size_t b, std::size_t lane, const NodeRecord* records,
-                            Block<double>& inverse) noexcept {
-    const TetBatch& batch = plan.batches[b];
+/// x1 - x0, x2 - x0, x3 - x0 as columns.
+Block<double> load_edges(const TetBatch& batch, std::size_t lane, const NodeRecord* records) noexcept {
     const auto at = [&](std::size_t corner) { return records[batch.node[corner][lane] / sizeof(NodeRecord)].x; };
     Block<double> edges;
     const double* origin = at(0);
     for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t i = 0; i < 3; ++i) edges.m[3 * i + k] = at(k + 1)[i] - origin[i];
-    for (int i = 0; i < 9; ++i) inverse.m[i] = batch.inverse[i][lane];
-    return product(edges, inverse);
+    return edges;
 }
 
-/// dev E of the tet or patch that begins at a batch.
-struct GroupStrain {
-    Block<double> f{};
-    std::array<double, kStrain> deviator{};
-};
-GroupStrain find_strain(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records) noexcept {
-    GroupStrain strain;
+PrismPair load_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records) {
+    return PrismPair(plan, first, lane, [&](std::size_t k) { return load_edges(plan.batches[first + k], lane, records); });
+}
+
+/// Mean gradient of the tet or patch that begins at a batch.
+Block<double> find_mean(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records) noexcept {
+    Block<double> mean{};
     for (std::size_t b = first; b < first + group_of(plan); ++b) {
         Block<double> inverse;
-        const Block<double> f = load_gradient(plan, b, lane, records, inverse);
+        for (int i = 0; i < 9; ++i) inverse.m[i] = plan.batches[b].inverse[i][lane];
+        const Block<double> f = product(load_edges(plan.batches[b], lane, records), inverse);
         const double share = plan.patched() ? plan.shares[b].share[lane] : 1.0;
-        for (int i = 0; i < 9; ++i) strain.f.m[i] += share * f.m[i];
+        for (int i = 0; i < 9; ++i) mean.m[i] += share * f.m[i];
     }
-    const Block<double> g = transposed_product(strain.f, strain.f);
+    return mean;
+}
+
+/// dev E
+std::array<double, kStrain> find_deviator(const Block<double>& f) noexcept {
+    const Block<double> g = transposed_product(f, f);
     const double third = (g.m[0] + g.m[4] + g.m[8]) / 3.0;
-    strain.deviator = {0.5 * (g.m[0] - third), 0.5 * (g.m[4] - third), 0.5 * (g.m[8] - third), 0.5 * g.m[1], 0.5 * g.m[2], 0.5 * g.m[5]};
-    return strain;
+    return {0.5 * (g.m[0] - third), 0.5 * (g.m[4] - third), 0.5 * (g.m[8] - third), 0.5 * g.m[1], 0.5 * g.m[2], 0.5 * g.m[5]};
 }
 
 /// Calls work(first batch, lane, its own numbers) for every group of a chunk.
@@ -73,18 +77,32 @@ void for_each_group(const ForcePlan& plan, const ForceChunk& chunk, int branches
             work(b, lane, kStrain * static_cast<std::size_t>(branches) * (b / group * kBatch + lane));
 }
 
-void push_tet(const ForcePlan& plan, std::size_t b, std::size_t lane, const Block<double>& stress, PartialForce* partial) noexcept {
-    const TetBatch& batch = plan.batches[b];
+/// stress: derivative of the energy, J/m^3, by what the tet's edges times `gradient` are part of
+void push_tet(const TetBatch& batch, std::size_t lane, double volume, const Block<double>& stress, const double (&gradient)[9][kBatch], PartialForce* partial) noexcept {
     double sum[3] = {0.0, 0.0, 0.0};
     for (std::size_t corner = 1; corner < 4; ++corner)
         for (std::size_t i = 0; i < 3; ++i) {
             double push = 0.0;
             for (std::size_t j = 0; j < 3; ++j)
-                push -= batch.volume[lane] * stress.m[3 * i + j] * batch.inverse[3 * (corner - 1) + j][lane];
+                push -= volume * stress.m[3 * i + j] * gradient[3 * (corner - 1) + j][lane];
             partial[batch.slot[corner][lane] / sizeof(PartialForce)].f[i] += push;
             sum[i] += push;
         }
     for (std::size_t i = 0; i < 3; ++i) partial[batch.slot[0][lane] / sizeof(PartialForce)].f[i] -= sum[i];
+}
+
+/// stress: derivative of the energy by what the law is asked for
+void push_tets(const ForcePlan& plan, std::size_t first, std::size_t lane, const Block<double>& stress, PartialForce* partial) noexcept {
+    for (std::size_t b = first; b < first + group_of(plan); ++b)
+        push_tet(plan.batches[b], lane, plan.batches[b].volume[lane], stress, plan.batches[b].inverse, partial);
+}
+void push_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const PrismPair& pair, const Block<double>& stress, PartialForce* partial) noexcept {
+    const PairStress by = pair.pull_back(to_matrix(stress));
+    for (std::size_t k = 0; k < kPairTets; ++k) {
+        if (!is_outer(k)) continue;
+        const PrismBatch& prism = plan.prisms[first + k];
+        push_tet(plan.batches[first + k], lane, plan.pairs[first / kPatch].volume[lane], to_block(by.mean + prism.side[lane] * by.jump), prism.mean, partial);
+    }
 }
 
 } // namespace
@@ -101,22 +119,29 @@ void add_relaxation_forces(const TissueModel& model, std::span<const NodeRecord>
     const Branches branches = list_branches(model.material);
     const double twice_mu = 2.0 * find_small_strain(model.material).mu;
     const ForcePlan& plan = model.plan;
-    const auto push_group = [&](std::size_t first, std::size_t lane, std::size_t own) {
-        const GroupStrain strain = find_strain(plan, first, lane, records.data());
+    const auto stress_at = [&](const Block<double>& f, std::size_t own) {
+        const std::array<double, kStrain> deviator = find_deviator(f);
         std::array<double, kStrain> s{};
         for (std::size_t k = 0; k < static_cast<std::size_t>(branches.count); ++k)
             for (std::size_t i = 0; i < kStrain; ++i)
-                s[i] += twice_mu * branches.g[k] * (strain.deviator[i] - relaxed[own + kStrain * k + i]);
+                s[i] += twice_mu * branches.g[k] * (deviator[i] - relaxed[own + kStrain * k + i]);
         const Block<double> second{{s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2]}};
         // E's derivative passes the deviator on to S
         const double third = (s[0] + s[1] + s[2]) / 3.0;
         Block<double> traceless = second;
         for (int i = 0; i < 9; i += 4) traceless.m[i] -= third;
-        const Block<double> stress = product(strain.f, traceless);
-        for (std::size_t b = first; b < first + group_of(plan); ++b) push_tet(plan, b, lane, stress, partial.data());
+        return product(f, traceless);
+    };
+    const auto push = [&](std::size_t first, std::size_t lane, std::size_t own) {
+        if (plan.prisms.empty()) {
+            push_tets(plan, first, lane, stress_at(find_mean(plan, first, lane, records.data()), own), partial.data());
+        } else {
+            const PrismPair pair = load_pair(plan, first, lane, records.data());
+            push_pair(plan, first, lane, pair, stress_at(to_block(pair.felt()), own), partial.data());
+        }
     };
     for_each_block(plan.chunks.size(), threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) for_each_group(plan, plan.chunks[c], branches.count, push_group);
+        for (std::size_t c = begin; c < end; ++c) for_each_group(plan, plan.chunks[c], branches.count, push);
     });
 }
 
@@ -126,11 +151,12 @@ void relax(const TissueModel& model, std::span<const NodeRecord> records, double
     std::array<double, kMostBranches> share{};
     for (std::size_t k = 0; k < share.size(); ++k) share[k] = branches.tau[k] > 0.0 ? 1.0 - natural_exp(-h / branches.tau[k]) : 0.0;
     const auto follow = [&](std::size_t first, std::size_t lane, std::size_t own) {
-        const GroupStrain strain = find_strain(plan, first, lane, records.data());
+        const std::array<double, kStrain> deviator = find_deviator(
+            plan.prisms.empty() ? find_mean(plan, first, lane, records.data()) : to_block(load_pair(plan, first, lane, records.data()).felt()));
         for (std::size_t k = 0; k < static_cast<std::size_t>(branches.count); ++k)
             for (std::size_t i = 0; i < kStrain; ++i) {
                 double& kept = relaxed[own + kStrain * k + i];
-                kept += share[k] * (strain.deviator[i] - kept);
+                kept += share[k] * (deviator[i] - kept);
             }
     };
     for_each_block(plan.chunks.size(), threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -2,7 +2,7 @@
 // strain in the time tau; what is left between them pulls back:
 //   S = ... + sum_i 2 mu g_i (dev E - Ev_i)        dEv_i/dt = (dev E - Ev_i) / tau_i
 // with mu the law's shear modulus at rest, so that at small strain G(t) = mu (1 + sum_i g_i exp(-t / tau_i)). Of patched tets E is that of
-// the patch's mean.
+// the patch's mean, of walls in prisms of what their law feels (prisms.hpp); their bending does not relax.
 // This work is based on: Simo 1987 (linear evolution of internal variables at finite strain); Taylor, Pister & Goudreau 1970 (the update,
 // which is exact for a strain that stands still over the sub-step). Deviates: a strain as internal variable, so that the energy
 // mu g |dev E - Ev|^2 and what it loses are known, and nothing divides by det F.

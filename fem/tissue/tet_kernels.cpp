@@ -62,21 +62,17 @@ void clear_slots(const ForceChunk& chunk, PartialForce* partial) {
         for (std::size_t q = 0; q < 4; q += hn::Lanes(d4)) hn::Store(hn::Zero(d4), d4, partial[slot].f + q);
 }
 
-template <class Law, TetKernel kKernel>
-Extremes run_patches(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+/// Of patches, or of pairs of prisms.
+template <class Law, TetKernel kKernel, bool kPairs>
+Extremes run_rows(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
     clear_slots(chunk, partial);
     LaneExtremes extremes;
-    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
-        run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
-    return extremes.reduce();
-}
-
-template <class Law, TetKernel kKernel>
-Extremes run_pairs(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
-    clear_slots(chunk, partial);
-    LaneExtremes extremes;
-    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
-        run_pair_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch) {
+        if constexpr (kPairs)
+            run_pair_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+        else
+            run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+    }
     return extremes.reduce();
 }
 
@@ -115,8 +111,8 @@ using ChunkRun = Extremes (*)(const ForcePlan&, const ForceChunk&, const TetJob&
 
 template <class Law, TetKernel kKernel>
 ChunkRun pick_elements(Elements elements) {
-    return elements == Elements::Pairs     ? &run_pairs<Law, kKernel>
-           : elements == Elements::Patches ? &run_patches<Law, kKernel>
+    return elements == Elements::Pairs     ? &run_rows<Law, kKernel, true>
+           : elements == Elements::Patches ? &run_rows<Law, kKernel, false>
                                            : &run_chunk<Law, kKernel>;
 }
 
@@ -132,7 +128,7 @@ ChunkRun pick_kernel(TetKernel kernel, Elements elements) {
     case TetKernel::Damping:
         break;
     }
-    if (elements == Elements::Pairs) return &run_pairs<StVKLanes, TetKernel::Damping>;
+    if (elements == Elements::Pairs) return &run_rows<StVKLanes, TetKernel::Damping, true>;
     return &run_chunk<StVKLanes, TetKernel::Damping>; // drag is each tet's own
 }
 

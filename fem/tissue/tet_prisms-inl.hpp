@@ -13,11 +13,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem::HWY_NAMESPACE {
 
-inline constexpr std::size_t kPairTets = 2 * kPrismTets;
-
-/// Of a pair's tetrahedra: on a face of its prism.
-HWY_INLINE constexpr bool is_outer(std::size_t k) { return k % kPrismTets != 1; }
-
 HWY_INLINE M3 zero_matrix() {
     M3 zero;
     TROCAR_UNROLL for (int i = 0; i < 9; ++i) zero.m[i] = hn::Zero(D8());
@@ -36,10 +31,11 @@ struct PairGradients {
     M3 mean, jump, bent[2];
 };
 
-/// first: batch of the pairs' first tetrahedra. second: of v instead of x.
+/// first: batch of the pairs' first tetrahedra. second: of v instead of x, of the outer tetrahedra alone.
 HWY_INLINE void load_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const NodeRecord* records, bool second, PairGradients& g) {
     g.mean = g.jump = g.bent[0] = g.bent[1] = zero_matrix();
     for (std::size_t k = 0; k < kPairTets; ++k) {
+        if (second && !is_outer(k)) continue;
         g.edges[k] = load_edges(plan.batches[first + k], lane, records, second);
         if (!is_outer(k)) continue;
         const PrismBatch& prism = plan.prisms[first + k];
@@ -137,19 +133,12 @@ HWY_INLINE Three<Dual> along_axis(const M3& a, const M3& b, const Three<V>& v) {
     const Three<V> value = along_axis(a, v), rate = along_axis(b, v);
     return {{value.x, rate.x}, {value.y, rate.y}, {value.z, rate.z}};
 }
-HWY_INLINE const V& value_of(const V& s) { return s; }
-HWY_INLINE const V& value_of(const Dual& s) { return s.value; }
-
-/// to += u v^T: of u's values, or of its rates
-template <class S>
-HWY_INLINE void add_values(const Three<S>& u, const Three<V>& v, M3& to) {
-    const V of[3] = {value_of(u.x), value_of(u.y), value_of(u.z)}, by[3] = {v.x, v.y, v.z};
+/// to += u v^T; of what moves, the rates
+HWY_INLINE void add_outer(const Three<V>& u, const Three<V>& v, M3& to) {
+    const V of[3] = {u.x, u.y, u.z}, by[3] = {v.x, v.y, v.z};
     TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
 }
-HWY_INLINE void add_rates(const Three<Dual>& u, const Three<V>& v, M3& to) {
-    const V of[3] = {u.x.rate, u.y.rate, u.z.rate}, by[3] = {v.x, v.y, v.z};
-    TROCAR_UNROLL for (int i = 0; i < 9; ++i) to.m[i] = fma(of[i / 3], by[i % 3], to.m[i]);
-}
+HWY_INLINE void add_outer(const Three<Dual>& u, const Three<V>& v, M3& to) { add_outer(Three<V>{u.x.rate, u.y.rate, u.z.rate}, v, to); }
 
 /// The pair's three edges as they stand, its normal N, and how far the third leans out of it.
 template <class S>
@@ -213,24 +202,18 @@ HWY_INLINE PairWeights load_weights(const PairBatch& pair, std::size_t lane, con
             hn::Mul(set(kPatchShare / kHoldShare), hold)};
 }
 
-/// The gradient that the law is asked for: Fm with less of the leaning, and stretched as its prisms are where they are folded.
-HWY_INLINE M3 felt_gradient(const M3& mean, const PairFrame<V>& f, const PairAxes& axes, const PairWeights& w) {
+/// The gradient that the law is asked for: Fm with less of the leaning, and stretched as its prisms are where they are folded. Of what moves, its rate, from Fm's.
+template <class S>
+HWY_INLINE M3 felt(const M3& mean, const PairFrame<S>& f, const PairAxes& axes, const PairWeights& w) {
     M3 felt = mean;
-    add_values(times_each(f.lean, hn::Neg(w.less)), axes.across, felt);
-    const Three<V> stretch = times_each(f.fold, hn::Mul(f.growth, w.both));
-    add_values(times_each(stretch, f.step[0]), axes.first, felt);
-    add_values(times_each(stretch, f.step[1]), axes.second, felt);
+    add_outer(times_each(f.lean, hn::Neg(w.less)), axes.across, felt);
+    const Three<S> stretch = times_each(f.fold, times(f.growth, w.both));
+    add_outer(times_each(stretch, f.step[0]), axes.first, felt);
+    add_outer(times_each(stretch, f.step[1]), axes.second, felt);
     return felt;
 }
-/// The rate of that.
-HWY_INLINE M3 felt_rate(const M3& mean_rate, const PairFrame<Dual>& f, const PairAxes& axes, const PairWeights& w) {
-    M3 rate = mean_rate;
-    add_rates(times_each(f.lean, hn::Neg(w.less)), axes.across, rate);
-    const Three<Dual> stretch = times_each(times_each(f.fold, f.growth), w.both);
-    add_rates(times_each(stretch, f.step[0]), axes.first, rate);
-    add_rates(times_each(stretch, f.step[1]), axes.second, rate);
-    return rate;
-}
+
+/// As the pair stands.
 HWY_INLINE PairFrame<V> values_of(const PairFrame<Dual>& f) {
     const auto three = [](const Three<Dual>& a) HWY_ATTR { return Three<V>{a.x.value, a.y.value, a.z.value}; };
     return {three(f.first), three(f.second), three(f.up), three(f.normal), f.per_area.value, f.high.value, three(f.lean), {three(f.kink[0]), three(f.kink[1])},
@@ -294,18 +277,22 @@ struct PairWork {
     V growth;
 };
 
+/// From the law's stress, or its rate, to what changes with Fm and with the jump.
 template <class S>
-HWY_INLINE PairPulls<S> pulls_of(const PairAxes& axes, const M3& stress, const M3& rate) {
-    if constexpr (sizeof(S) == sizeof(Dual))
-        return {along_axis(stress, rate, axes.first), along_axis(stress, rate, axes.second), along_axis(stress, rate, axes.across)};
-    else
-        return {along_axis(stress, axes.first), along_axis(stress, axes.second), along_axis(stress, axes.across)};
+HWY_INLINE void set_stress(const M3& law, const PairStress<S>& s, const PairAxes& axes, PairWork& w) {
+    w.mean = law;
+    add_outer(s.first, axes.first, w.mean);
+    add_outer(s.second, axes.second, w.mean);
+    add_outer(s.up, axes.across, w.mean);
+    w.jump = zero_matrix();
+    add_outer(s.kink[0], axes.first, w.jump);
+    add_outer(s.kink[1], axes.second, w.jump);
 }
 
-/// Viscosity of what the law does not see: of bending, twice of each fibre's as in the plane; of what the prisms differ by, as their elastic resistance goes
-/// with mu. By the rates of Fm^T B and Fm^T J, which no rotation changes. rates: of the frame; share: viscosity over mu.
-HWY_INLINE void add_shape_drag(const PairAxes& axes, const PairWeights& weights, const PairFrame<Dual>& f, V viscosity, V share, PairWork& w) {
-    const V per_bend = hn::Mul(set(2.0 / 3.0), viscosity);
+/// Viscosity of what the law does not see: of bending, with twice the viscosity in place of E'; of what the prisms differ by, in the shares that resist it
+/// elastically. By the rates of Fm^T B and Fm^T J, which no rotation changes.
+HWY_INLINE void add_shape_drag(const TetJob& job, const PairAxes& axes, const PairWeights& weights, const PairFrame<V>& now, const PairFrame<Dual>& moving, PairWork& w) {
+    const V per_bend = set(2.0 / 3.0 * job.viscosity);
     for (int p = 0; p < 2; ++p) {
         const M3 turned = tmul(w.along.mean, w.g.bent[p]), own = tmul(w.g.mean, w.along.bent[p]);
         M3 rate;
@@ -316,66 +303,52 @@ HWY_INLINE void add_shape_drag(const PairAxes& axes, const PairWeights& weights,
             w.mean.m[i] = hn::Add(w.mean.m[i], on_mean.m[i]);
         }
     }
-    const Three<Dual>* edges[3] = {&f.first, &f.second, &f.up};
-    const Three<V>* rest[3] = {&axes.first, &axes.second, &axes.across};
+    const V per_modulus = set(job.viscosity * kPatchShare / job.constants.patch); // over mu
+    const Three<Dual>* moves[3] = {&moving.first, &moving.second, &moving.up};
+    const Three<V>*edge[3] = {&now.first, &now.second, &now.up}, *rest[3] = {&axes.first, &axes.second, &axes.across};
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 2; ++j) {
-            const V pull = hn::Mul(hn::Mul(i < 2 ? weights.hold : weights.kink, share), inner(*edges[i], f.kink[j]).rate);
-            const Dual along{pull, pull};
-            add_values(times_each(*edges[i], along), *rest[j], w.jump);
-            add_values(times_each(f.kink[j], along), *rest[i], w.mean);
+            const V pull = hn::Mul(hn::Mul(i < 2 ? weights.hold : weights.kink, per_modulus), inner(*moves[i], moving.kink[j]).rate);
+            add_outer(times_each(*edge[i], pull), *rest[j], w.jump);
+            add_outer(times_each(now.kink[j], pull), *rest[i], w.mean);
         }
 }
 
 template <class Law, TetKernel kKernel>
 HWY_INLINE void begin_force(const TetJob& job, const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w, V& tangent, V& size_sq) {
     constexpr bool kElastic = kKernel != TetKernel::Damping, kDrag = kKernel != TetKernel::Force;
-    PairFrame<V> frame;
+    PairFrame<V> now;
     [[maybe_unused]] PairFrame<Dual> moving;
     if constexpr (kDrag) {
         moving = find_frame(w.g, w.along, axes, weights.both);
-        frame = values_of(moving);
+        now = values_of(moving);
     } else {
-        frame = find_frame(w.g, axes, weights.both);
+        now = find_frame(w.g, axes, weights.both);
     }
-    const M3 felt = felt_gradient(w.g.mean, frame, axes, weights);
-    size_sq = contract(felt, felt);
+    const M3 f = felt(w.g.mean, now, axes, weights);
+    size_sq = contract(f, f);
     M3 stress = zero_matrix();
     PairWeights own = weights;
     if constexpr (kElastic) {
-        const M3 cof = cofactors(felt);
-        stress = Law::stress(c, felt, cof, determinant(felt, cof), tangent);
+        const M3 cof = cofactors(f);
+        stress = Law::stress(c, f, cof, determinant(f, cof), tangent);
     } else {
         own.hold = own.kink = set(0.0);
     }
-    if constexpr (kDrag) stress = mul_add(felt, viscous_second_stress(set(job.viscosity), felt, felt_rate(w.along.mean, moving, axes, weights)), stress);
-    const PairStress<V> s = pull_back(frame, pulls_of<V>(axes, stress, stress), own);
-    w.mean = stress;
-    add_values(s.first, axes.first, w.mean);
-    add_values(s.second, axes.second, w.mean);
-    add_values(s.up, axes.across, w.mean);
-    w.jump = zero_matrix();
-    add_values(s.kink[0], axes.first, w.jump);
-    add_values(s.kink[1], axes.second, w.jump);
     for (int p = 0; p < 2; ++p) w.curved[p] = scaled(w.g.bent[p], set(kElastic ? job.constants.bend : 0.0));
-    if constexpr (kDrag) add_shape_drag(axes, weights, moving, set(job.viscosity), set(job.viscosity * kPatchShare / job.constants.patch), w);
+    if constexpr (kDrag) stress = mul_add(f, viscous_second_stress(set(job.viscosity), f, felt(w.along.mean, moving, axes, weights)), stress);
+    set_stress(stress, pull_back(now, {along_axis(stress, axes.first), along_axis(stress, axes.second), along_axis(stress, axes.across)}, own), axes, w);
+    if constexpr (kDrag) add_shape_drag(job, axes, weights, now, moving, w);
 }
 
 template <class Law>
 HWY_INLINE void begin_product(const TetJob& job, const Constants& c, const PairAxes& axes, const PairWeights& weights, PairWork& w) {
-    const PairFrame<Dual> frame = find_frame(w.g, w.along, axes, weights.both);
-    const M3 felt = felt_gradient(w.g.mean, values_of(frame), axes, weights), cof = cofactors(felt);
-    const V det = determinant(felt, cof);
+    const PairFrame<Dual> moving = find_frame(w.g, w.along, axes, weights.both);
+    const M3 f = felt(w.g.mean, values_of(moving), axes, weights), cof = cofactors(f);
+    const V det = determinant(f, cof);
     V unused = set(0.0);
-    const M3 stress = Law::stress(c, felt, cof, det, unused);
-    w.mean = Law::stress_along(c, felt, cof, det, felt_rate(w.along.mean, frame, axes, weights));
-    const PairStress<Dual> s = pull_back(frame, pulls_of<Dual>(axes, stress, w.mean), weights);
-    add_rates(s.first, axes.first, w.mean);
-    add_rates(s.second, axes.second, w.mean);
-    add_rates(s.up, axes.across, w.mean);
-    w.jump = zero_matrix();
-    add_rates(s.kink[0], axes.first, w.jump);
-    add_rates(s.kink[1], axes.second, w.jump);
+    const M3 stress = Law::stress(c, f, cof, det, unused), rate = Law::stress_along(c, f, cof, det, felt(w.along.mean, moving, axes, weights));
+    set_stress(rate, pull_back(moving, {along_axis(stress, rate, axes.first), along_axis(stress, rate, axes.second), along_axis(stress, rate, axes.across)}, weights), axes, w);
     for (int p = 0; p < 2; ++p) w.curved[p] = scaled(w.along.bent[p], set(job.constants.bend));
 }
 
@@ -423,7 +396,7 @@ HWY_INLINE void end_pair(const ForcePlan& plan, std::size_t first, std::size_t k
     if constexpr (kKernel != TetKernel::Damping) {
         const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
         V large = w.growth;
-        if constexpr (kKernel == TetKernel::Stiffness) large = hn::Neg(contract(w.along.edges[k], force));
+        if constexpr (kKernel == TetKernel::Stiffness) large = is_outer(k) ? hn::Neg(contract(w.along.edges[k], force)) : set(0.0);
         extremes.note(volume_ratio(w.g.edges[k], batch, lane), large, place);
     }
     if (is_outer(k)) add_to_slots(force, batch, lane, partial);

@@ -114,6 +114,7 @@ TEST(Variants, WithCulledCandidatesAnswerTheSame) {
     const CostTable table = *measure_cost(own, {}, options);
     ASSERT_EQ(table.rows.size(), 3u);
     EXPECT_GT(table.rows[0].contacts.reference, 0u);
+    EXPECT_EQ(std::count_if(table.notices.begin(), table.notices.end(), [](const std::string& n) { return n.starts_with("culled-gl: culling by "); }), 1);
     for (const std::size_t culled : {1u, 2u}) {
         EXPECT_EQ(table.rows[culled].contacts.missed + table.rows[culled].contacts.spurious, 0u);
         EXPECT_EQ(table.rows[culled].force_error_rel, 0.0);

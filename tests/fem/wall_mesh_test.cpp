@@ -3,8 +3,9 @@
 
 #include "base/topology.hpp"
 #include "fem/mesh/mapped_mesh.hpp"
-#include "fem/tissue/classical_cases.hpp"
 #include "fem/tissue/forces.hpp"
+#include "fem/tissue/relaxation.hpp"
+#include "fem/tissue/wall_cases.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <Eigen/Geometry>
@@ -162,25 +163,31 @@ TEST(WallMesh, OfPrismsBendsAsAPlateHoweverWideAndUnevenItsTriangles) {
 }
 
 TEST(WallMesh, OfPrismsFeelsTheStretchOfFacesThatAreFoldedAgainstOneAnother) {
-    constexpr double kThick = 0.01;
-    TriMesh square;
-    square.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)};
-    square.triangles = {{0, 1, 2}, {0, 2, 3}};
-    const auto wall = make_wall_mesh(square, {.thickness = kThick, .layers = 1});
-    for (const MaterialLaw law : {MaterialLaw::NeoHookean, MaterialLaw::MooneyRivlin, MaterialLaw::Corotational}) {
-        Material material{.law = law, .young_modulus = 1.0, .poisson_ratio = 0.45, .density = 1000.0};
-        if (law == MaterialLaw::MooneyRivlin) material.c10 = 0.1, material.c01 = 0.07;
+    // Two triangles on either side of the x axis, as high as one another, thin; folded about it both are stretched along y, as when they are pulled apart.
+    std::mt19937_64 engine(31);
+    const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
+    for (int k = 0; k < 40; ++k) {
+        const double high = between(0.4, 1.5), thickness = between(0.002, 0.01), tilt = between(0.1, 1.0), away = high / std::cos(tilt) - high;
+        TriMesh kite;
+        kite.vertices = {Vec3(0, 0, 0), Vec3(between(-0.2, 1.2), -high, 0), Vec3(1, 0, 0), Vec3(between(-0.2, 1.2), high, 0)};
+        kite.triangles = {{0, 1, 2}, {0, 2, 3}};
+        const auto wall = make_wall_mesh(kite, {.thickness = thickness, .layers = 1});
+        Material material{.law = k % 2 == 0 ? MaterialLaw::NeoHookean : MaterialLaw::Corotational, .young_modulus = 1.0, .poisson_ratio = between(0.3, 0.49), .density = 1000.0};
         material.elements = TetElements::Prisms;
         const TissueModel model = make_tissue_model(wall->tets, material, {}, {}, 4).value();
-        for (const double tilt : {0.05, 0.2, 0.6}) { // about the diagonal
-            const double away = std::sqrt(0.5), up = away * std::tan(tilt), out = away / std::cos(tilt) - away;
-            std::vector<Vec3> folded = model.rest_position, flat = folded;
-            for (const Index node : {1u, 3u, 5u, 7u}) {
-                folded[node] += Vec3(0, 0, up);
-                flat[node] += (node % 4 == 1 ? 1.0 : -1.0) * out * std::sqrt(0.5) * Vec3(1, -1, 0);
-            }
-            EXPECT_NEAR(measure_tets(model, folded).elastic_energy / measure_tets(model, flat).elastic_energy, 1.0, 0.01 / (tilt * tilt) * kThick + 0.002) << tilt;
+        std::vector<Vec3> folded = model.rest_position, flat = folded, sheared = folded;
+        for (const Index node : {1u, 3u, 5u, 7u}) {
+            folded[node].z() += high * std::tan(tilt);
+            flat[node].y() += node % 4 == 1 ? -away : away;
         }
+        EXPECT_NEAR(measure_tets(model, folded).elastic_energy / measure_tets(model, flat).elastic_energy, 1.0, 0.03 * thickness / (tilt * tilt) + 1e-3) << k;
+        // A stretch along the wall and one across it are felt as by any tetrahedra of the law.
+        Mat3 stretch = Mat3::Identity();
+        for (const int i : {0, 1, 3, 4, 8}) stretch(i / 3, i % 3) += between(-0.3, 0.3);
+        for (Vec3& x : sheared) x = stretch * x;
+        material.elements = TetElements::Linear;
+        const TissueModel linear = make_tissue_model(wall->tets, material, {}).value();
+        EXPECT_NEAR(measure_tets(model, sheared).elastic_energy / measure_tets(linear, sheared).elastic_energy, 1.0, 1e-9) << k;
     }
 }
 
@@ -220,13 +227,17 @@ TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
         EXPECT_LT(moment.norm(), 1e-11 * scale);
     }
     // Forces are minus the energy's gradient, the product its second derivative.
-    const std::vector<Vec3> force = force_at(bent);
+    // Crushed along the wall too, to less than kLeastPairArea.
+    std::vector<Vec3> crushed = bent;
+    for (Vec3& x : crushed) x = Vec3(0.03 * x.x(), 0.02 * x.y(), 0.04 * x.z());
     for (int k = 0; k < 20; ++k) {
+        const std::vector<Vec3>& here = k % 4 == 3 ? crushed : bent;
+        const std::vector<Vec3> force = force_at(here);
         std::vector<Vec3> way(bent.size());
         for (Vec3& d : way) d = Vec3(normal(engine), normal(engine), normal(engine));
         constexpr double kFar = 1e-7;
         const auto at = [&](double far) {
-            std::vector<Vec3> x = bent;
+            std::vector<Vec3> x = here;
             for (std::size_t n = 0; n < x.size(); ++n) x[n] += far * way[n];
             return x;
         };
@@ -235,7 +246,7 @@ TEST(WallMesh, OfPrismsKeepsMomentumAndTurnsFreely) {
         const double difference = (measure_tets(model, at(kFar)).elastic_energy - measure_tets(model, at(-kFar)).elastic_energy) / (2.0 * kFar);
         EXPECT_NEAR(difference, work, 1e-5 * scale * std::sqrt(static_cast<double>(bent.size())));
         std::vector<Vec3> product(bent.size(), Vec3::Zero());
-        add_stiffness_product(model, bent, way, product);
+        add_stiffness_product(model, here, way, product);
         const std::vector<Vec3> ahead = force_at(at(kFar)), behind = force_at(at(-kFar));
         double off = 0.0, size = 0.0;
         for (std::size_t n = 0; n < bent.size(); ++n) {
@@ -313,6 +324,82 @@ TEST(WallMesh, OfPrismsIsDampedByViscosityAsItIsStiffHoweverWideItsTriangles) {
             std::printf("plate of %.4f, uneven by %.2f: damped %.3f times as it is stiff\n", thickness, uneven, ratio);
             EXPECT_GT(ratio, 0.4);
             EXPECT_LT(ratio, 1.5);
+        }
+}
+
+TEST(WallMesh, OfPrismsRelaxesWhatItsLawFeelsAlone) {
+    std::mt19937_64 engine(14);
+    std::normal_distribution<double> normal;
+    const auto random_field = [&](std::size_t count, double size) {
+        std::vector<Vec3> field(count);
+        for (Vec3& v : field) v = size * Vec3(normal(engine), normal(engine), normal(engine));
+        return field;
+    };
+    const TriMesh ball = make_ball(0.01, 4);
+    const auto sheet = static_cast<Index>(ball.vertices.size());
+    for (const double thickness : {0.0002, 0.002}) {
+        const auto wall = make_wall_mesh(ball, {.thickness = thickness, .layers = 1});
+        Material material{.law = MaterialLaw::NeoHookean, .young_modulus = 1e5, .poisson_ratio = 0.45, .density = 1000.0, .g1 = 0.7, .tau1 = 0.1};
+        material.elements = TetElements::Prisms;
+        const TissueModel model = make_tissue_model(wall->tets, material, {}, {}, sheet).value();
+        material.elements = TetElements::Linear;
+        const TissueModel linear = make_tissue_model(wall->tets, material, {}).value();
+        const auto records_of = [](const TissueModel& m, const std::vector<Vec3>& x) {
+            std::vector<NodeRecord> records(m.node_count());
+            gather_records(m.plan, x, x, records);
+            return records;
+        };
+        const auto force_of = [&](const TissueModel& m, const std::vector<Vec3>& x, const std::vector<double>& relaxed) {
+            std::vector<PartialForce> partial(m.plan.slots.size(), PartialForce{});
+            add_relaxation_forces(m, records_of(m, x), relaxed, partial, 1);
+            std::vector<Vec3> force(x.size());
+            for (std::size_t record = 0; record < x.size(); ++record) force[m.plan.node_of[record]] = sum_partial(m.plan, partial, record);
+            return force;
+        };
+        const auto dot = [](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+            double sum = 0.0;
+            for (std::size_t n = 0; n < a.size(); ++n) sum += a[n].dot(b[n]);
+            return sum;
+        };
+        const auto moved = [](std::vector<Vec3> x, double far, const std::vector<Vec3>& way) {
+            for (std::size_t n = 0; n < x.size(); ++n) x[n] += far * way[n];
+            return x;
+        };
+        const std::vector<Vec3>& rest = model.rest_position;
+        const std::vector<Vec3> bent = moved(rest, 0.2 * thickness, random_field(rest.size(), 1.0)), before = moved(rest, 0.2 * thickness, random_field(rest.size(), 1.0));
+        std::vector<double> relaxed(relaxation_size(model));
+        relax(model, records_of(model, before), 0.07, relaxed, 1);
+        // Forces are derivatives of one energy (their own derivative is symmetric) that no motion of the whole changes.
+        const std::vector<Vec3> u = random_field(rest.size(), 1.0), v = random_field(rest.size(), 1.0), force = force_of(model, bent, relaxed);
+        const double far = 1e-6 * thickness;
+        const auto rate = [&](const std::vector<Vec3>& along, const std::vector<Vec3>& by) {
+            return (dot(force_of(model, moved(bent, far, along), relaxed), by) - dot(force_of(model, moved(bent, -far, along), relaxed), by)) / (2.0 * far);
+        };
+        EXPECT_NEAR(rate(u, v), rate(v, u), 1e-6 * std::abs(rate(u, u)));
+        Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+        double most = 0.0;
+        for (std::size_t n = 0; n < rest.size(); ++n) sum += force[n], moment += bent[n].cross(force[n]), most = std::max(most, force[n].norm());
+        EXPECT_GT(most, 0.0);
+        EXPECT_LT(sum.norm(), 1e-11 * most);
+        EXPECT_LT(moment.norm(), 1e-12 * most);
+        // A growth of all of it, by other numbers along each axis, is felt as by any tetrahedra.
+        std::vector<Vec3> grown = rest, growing = rest;
+        for (Vec3& x : grown) x *= 1.2;
+        for (Vec3& x : growing) x = Vec3(x.x(), -2.0 * x.y(), 0.5 * x.z());
+        const auto work = [&](const TissueModel& m, double along) { return dot(force_of(m, moved(grown, along, growing), std::vector<double>(relaxation_size(m))), growing); };
+        const double small = 1e-5;
+        EXPECT_LT(dot(force_of(model, grown, std::vector<double>(relaxed.size())), growing), 1e-9 * std::abs(work(linear, small)));
+        if (thickness == 0.002) {
+            EXPECT_LT(work(model, small) / work(linear, small), 1.0); // where it shears the wall across, less
+            EXPECT_GT(work(model, small) / work(linear, small), 0.75);
+        }
+    }
+    for (const double uneven : {0.0, 0.25})
+        for (const double thickness : {1.0 / 20.0, 1.0 / 200.0}) {
+            const double ratio = pressed_plate_relaxation(8, thickness, uneven);
+            std::printf("plate of %.4f, uneven by %.2f: a branch resists %.4f times as much\n", thickness, uneven, ratio);
+            EXPECT_GE(ratio, 0.0);
+            EXPECT_LT(ratio, 0.2); // by tetrahedra of the wall without s: 7 of the last
         }
 }
 
