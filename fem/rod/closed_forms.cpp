@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 
 namespace trocar::fem {
@@ -48,7 +49,41 @@ ElasticaTip find_elastica(const Load& load, double most) {
     return {y[2], y[3]};
 }
 
+/// rad, of the handle that holds a tip whose end stands at an angle; lengths over that from the handle to the tip's middle.
+double handle_of(double end, double beta, double share) {
+    constexpr int kSteps = 100;
+    const double h = share / kSteps, pull = beta / share;
+    double angle = end, slope = 0.0; // towards the handle
+    const auto bend = [pull](double phi) { return pull * std::sin(phi); };
+    for (int i = 0; i < kSteps; ++i) {
+        const double a = bend(angle), b = bend(angle + 0.5 * h * slope), c = bend(angle + 0.5 * h * (slope + 0.5 * h * a)), d = bend(angle + h * (slope + 0.5 * h * b));
+        angle += h * (slope + h / 6.0 * (a + b + c));
+        slope += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
+    }
+    return angle + (1.0 - 0.5 * share) * slope;
+}
+
 } // namespace
+
+TurnedTip turned_tip(double beta, double share) {
+    TurnedTip tip;
+    const double root = std::sqrt(beta / share), turn = root * share;
+    tip.slope = std::cosh(0.5 * turn) / (std::cosh(turn) + (1.0 - 0.5 * share) * root * std::sinh(turn));
+    tip.snap = std::numeric_limits<double>::infinity();
+    constexpr int kParts = 2000;
+    constexpr double kPart = std::numbers::pi / kParts;
+    double before = 0.0, last = 0.0;
+    for (int k = 1; k <= kParts; ++k) {
+        const double next = handle_of(k * kPart, beta, share);
+        if (k > 1 && next < last) { // the top of a parabola through three
+            const double rise = next - before, bow = before - 2.0 * last + next;
+            tip.snap = last - 0.125 * rise * rise / bow;
+            break;
+        }
+        before = last, last = next;
+    }
+    return tip;
+}
 
 ElasticaTip loaded_elastica(double load) {
     return find_elastica([load](double) { return load; }, std::min(load, std::sqrt(2.0 * load)));

@@ -43,4 +43,14 @@ inline constexpr double kHeavyColumn = 7.83734742;
 /// The same speed at which a clamped rod whirls without damping: its first mode's frequency.
 inline constexpr double kWhirlingSpeed = 3.51601527;
 
+/// A bent tip in a bent tube, both of constant curvature and without friction, which a handle turns through a straight shaft.
+struct TurnedTip {
+    double snap = 0.0;  // rad, of the handle, beyond which the tip has no balance near by; infinite: it always has
+    double slope = 1.0; // of the middle of the tip over the handle, where both are small
+};
+/// beta   E I k1 k2 l L / (G J), of tip l and L from the handle to the tip's middle; share   l / L, which is 0 of a tip that does not twist along itself:
+/// there cos(phi) = -1 / beta, snap = phi + beta sin(phi) and slope = 1 / (1 + beta)
+/// source   Dupont, Lock, Itkowitz & Butler 2010: G J phi'' = E I k1 k2 sin(phi), by shooting from the tip's end with Runge-Kutta 4
+[[nodiscard]] TurnedTip turned_tip(double beta, double share);
+
 } // namespace trocar::fem

@@ -180,11 +180,6 @@ double whirl_ratio(int segments, double share) {
     return std::hypot(rod.tip().y(), rod.tip().z()) / rest;
 }
 
-double Whip::expected_handle() const {
-    const double phi = std::acos(-1.0 / beta);
-    return phi + beta * std::sin(phi);
-}
-
 namespace {
 
 /// Planes that hold every node of the free part on a curve: straight for `straight_nodes`, then an arc.
@@ -222,6 +217,7 @@ Whip turn_in_bend(int segments, double rest_curvature, double tube_curvature) {
     Whip whip;
     const double shaft = (segments - 0.5 * tip_nodes) * rod.model.segment; // m, to the middle of the tip
     whip.beta = rod.bending * rest_curvature * tube_curvature * tip_nodes * rod.model.segment * shaft / rod.twisting;
+    whip.share = tip_nodes * rod.model.segment / shaft;
     const auto tip_angle = [&] { return rod.state.angle[last - static_cast<std::size_t>(tip_nodes / 2)]; };
     double before = tip_angle();
     for (int k = 1; k <= 1400; ++k) {

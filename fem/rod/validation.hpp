@@ -44,8 +44,7 @@ struct Whip {
     double jump = 0.0;        // rad, largest turn of the tip in one step
     double first_slope = 0.0; // tip over handle, where both are small
     double last = 0.0;        // rad, of the tip behind the handle at the end
-
-    [[nodiscard]] double expected_handle() const; // rad; beta > 1
+    double share = 0.0;       // of the tip, as in turned_tip
 };
 /// rest_curvature, tube_curvature   1/m, of the last eighth of 160 mm
 [[nodiscard]] Whip turn_in_bend(int segments, double rest_curvature, double tube_curvature);
