@@ -47,6 +47,20 @@ double PrismPair::hold_energy() const {
     return 0.5 * sum;
 }
 
+PrismBending PrismPair::bending(std::size_t prism) const {
+    const Vec3 bent[2] = {bent_[prism] * along_[0], bent_[prism] * along_[1]};
+    return {edge_[0].dot(bent[0]), edge_[1].dot(bent[1]), 0.5 * (edge_[0].dot(bent[1]) + edge_[1].dot(bent[0]))};
+}
+
+void PrismPair::add_bending(std::size_t prism, const PrismBending& stress, PairStress& to) const {
+    const double by[2][2] = {{stress[0], 0.5 * stress[2]}, {0.5 * stress[2], stress[1]}};
+    for (std::size_t i = 0; i < 2; ++i)
+        for (std::size_t j = 0; j < 2; ++j) {
+            to.bent[prism] += by[i][j] * edge_[i] * along_[j].transpose();
+            to.mean += by[i][j] * (bent_[prism] * along_[j]) * along_[i].transpose();
+        }
+}
+
 PairStress PrismPair::pull_back(const Mat3& stress) const {
     const Vec3 pull[2] = {stress * along_[0], stress * along_[1]}, lean = stress * across_;
     // less of the leaning
@@ -64,7 +78,7 @@ PairStress PrismPair::pull_back(const Mat3& stress) const {
     const bool unit = per_area_ * kLeastPairArea < 1.0;
     const Vec3 by_area = per_area_ * (by_normal - (unit ? normal_.dot(by_normal) + fold_.dot(by_fold) : 0.0) * normal_);
     const Vec3 by_edge[2] = {edge_[1].cross(by_area) - step_[1] * by_mix, by_area.cross(edge_[0]) + step_[0] * by_mix};
-    PairStress s{stress + by_up * across_.transpose(), Mat3::Zero()};
+    PairStress s{stress + by_up * across_.transpose(), Mat3::Zero(), {Mat3::Zero(), Mat3::Zero()}};
     for (std::size_t i = 0; i < 2; ++i) {
         s.mean += by_edge[i] * along_[i].transpose();
         s.jump += by_step[i] * normal_ * along_[i].transpose();

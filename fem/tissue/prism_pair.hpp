@@ -4,6 +4,8 @@
 #include "fem/tissue/block.hpp"
 #include "fem/tissue/prisms.hpp"
 
+#include <array>
+
 namespace trocar::fem {
 
 [[nodiscard]] inline Mat3 to_matrix(const Block<double>& block) noexcept { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(block.m); }
@@ -15,8 +17,11 @@ namespace trocar::fem {
 
 /// Derivatives of an energy by what is linear in the nodes' positions.
 struct PairStress {
-    Mat3 mean, jump; // by Fm, by J
+    Mat3 mean, jump, bent[2]; // by Fm, by J, by each prism's B times the root of its share of the pair
 };
+
+/// How a prism is bent along the wall, which no rotation changes: of the symmetric part of Fm^T B, xx yy xy along the pair's axes.
+using PrismBending = std::array<double, 3>;
 
 class PrismPair {
 public:
@@ -34,8 +39,12 @@ public:
     [[nodiscard]] double hold_energy() const;
     /// |B|^2 of both prisms.
     [[nodiscard]] double bending_sq() const { return bent_[0].squaredNorm() + bent_[1].squaredNorm(); }
+    /// Times the root of its share of the pair.
+    [[nodiscard]] PrismBending bending(std::size_t prism) const;
     /// stress: derivative of an energy by Fs
     [[nodiscard]] PairStress pull_back(const Mat3& stress) const;
+    /// stress: derivative of an energy by bending(prism), its xy counted once
+    void add_bending(std::size_t prism, const PrismBending& stress, PairStress& to) const;
 
 private:
     void add(const PrismBatch& prism, std::size_t k, const Block<double>& edges);

@@ -12,7 +12,11 @@ namespace trocar::fem {
 namespace {
 
 constexpr int kMostBranches = 3;
-constexpr std::size_t kStrain = 6; // xx yy zz xy xz yz
+constexpr std::size_t kStrain = 6;            // xx yy zz xy xz yz
+constexpr std::size_t kPairStrain = kStrain + 6; // and of both prisms xx yy xy of bending
+
+/// Of a tet, a patch or a pair of prisms, which has them all.
+using Strain = std::array<double, kPairStrain>;
 
 struct Branches {
     int count = 0;
@@ -33,6 +37,8 @@ Branches list_branches(const Material& m) noexcept {
 
 /// Batches that share one strain.
 std::size_t group_of(const ForcePlan& plan) noexcept { return plan.patched() ? kPatch : 1; }
+/// Numbers of its strain.
+std::size_t strain_size(const ForcePlan& plan) noexcept { return plan.prisms.empty() ? kStrain : kPairStrain; }
 
 /// x1 - x0, x2 - x0, x3 - x0 as columns.
 Block<double> load_edges(const TetBatch& batch, std::size_t lane, const NodeRecord* records) noexcept {
@@ -62,10 +68,29 @@ Block<double> find_mean(const ForcePlan& plan, std::size_t first, std::size_t la
 }
 
 /// dev E
-std::array<double, kStrain> find_deviator(const Block<double>& f) noexcept {
+Strain find_deviator(const Block<double>& f) noexcept {
     const Block<double> g = transposed_product(f, f);
     const double third = (g.m[0] + g.m[4] + g.m[8]) / 3.0;
     return {0.5 * (g.m[0] - third), 0.5 * (g.m[4] - third), 0.5 * (g.m[8] - third), 0.5 * g.m[1], 0.5 * g.m[2], 0.5 * g.m[5]};
+}
+/// And of bending.
+Strain find_strain(const PrismPair& pair) noexcept {
+    Strain strain = find_deviator(to_block(pair.felt()));
+    for (std::size_t prism = 0; prism < 2; ++prism) {
+        const PrismBending bending = pair.bending(prism);
+        for (std::size_t i = 0; i < 3; ++i) strain[kStrain + 3 * prism + i] = bending[i];
+    }
+    return strain;
+}
+
+/// Pa, of g 1: what strains are multiplied with, of their energy's derivative.
+struct Moduli {
+    double twice_mu, bend;
+};
+Moduli find_moduli(const Material& material) noexcept {
+    const SmallStrain small = find_small_strain(material);
+    const double across = small.lambda / (small.lambda + 2.0 * small.mu); // of a plate bent along: how much its thickness gives way
+    return {2.0 * small.mu, 2.0 / 3.0 * small.mu * (1.0 + across * across - (1.0 - across) * (1.0 - across) / 3.0)};
 }
 
 /// Calls work(first batch, lane, its own numbers) for every group of a chunk.
@@ -74,7 +99,7 @@ void for_each_group(const ForcePlan& plan, const ForceChunk& chunk, int branches
     const std::size_t group = group_of(plan);
     for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += group)
         for (std::size_t lane = 0; lane < kBatch; ++lane)
-            work(b, lane, kStrain * static_cast<std::size_t>(branches) * (b / group * kBatch + lane));
+            work(b, lane, strain_size(plan) * static_cast<std::size_t>(branches) * (b / group * kBatch + lane));
 }
 
 /// stress: derivative of the energy, J/m^3, by what the tet's edges times `gradient` are part of
@@ -96,12 +121,13 @@ void push_tets(const ForcePlan& plan, std::size_t first, std::size_t lane, const
     for (std::size_t b = first; b < first + group_of(plan); ++b)
         push_tet(plan.batches[b], lane, plan.batches[b].volume[lane], stress, plan.batches[b].inverse, partial);
 }
-void push_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const PrismPair& pair, const Block<double>& stress, PartialForce* partial) noexcept {
-    const PairStress by = pair.pull_back(to_matrix(stress));
+void push_pair(const ForcePlan& plan, std::size_t first, std::size_t lane, const PairStress& by, PartialForce* partial) noexcept {
     for (std::size_t k = 0; k < kPairTets; ++k) {
         if (!is_outer(k)) continue;
         const PrismBatch& prism = plan.prisms[first + k];
-        push_tet(plan.batches[first + k], lane, plan.pairs[first / kPatch].volume[lane], to_block(by.mean + prism.side[lane] * by.jump), prism.mean, partial);
+        const double volume = plan.pairs[first / kPatch].volume[lane];
+        push_tet(plan.batches[first + k], lane, volume, to_block(by.mean + prism.side[lane] * by.jump), prism.mean, partial);
+        push_tet(plan.batches[first + k], lane, volume, to_block(by.bent[k / kPrismTets]), prism.bend, partial);
     }
 }
 
@@ -111,20 +137,22 @@ int count_branches(const Material& material) noexcept { return list_branches(mat
 
 std::size_t relaxation_size(const TissueModel& model) noexcept {
     const auto branches = static_cast<std::size_t>(count_branches(model.material));
-    return kStrain * branches * kBatch * (model.plan.batches.size() / group_of(model.plan));
+    return strain_size(model.plan) * branches * kBatch * (model.plan.batches.size() / group_of(model.plan));
 }
 
 void add_relaxation_forces(const TissueModel& model, std::span<const NodeRecord> records, std::span<const double> relaxed,
                            std::span<PartialForce> partial, unsigned threads) noexcept {
     const Branches branches = list_branches(model.material);
-    const double twice_mu = 2.0 * find_small_strain(model.material).mu;
+    const Moduli moduli = find_moduli(model.material);
     const ForcePlan& plan = model.plan;
-    const auto stress_at = [&](const Block<double>& f, std::size_t own) {
-        const std::array<double, kStrain> deviator = find_deviator(f);
-        std::array<double, kStrain> s{};
+    const std::size_t size = strain_size(plan);
+    const auto pull = [&](const Strain& strain, std::size_t own) {
+        Strain s{};
         for (std::size_t k = 0; k < static_cast<std::size_t>(branches.count); ++k)
-            for (std::size_t i = 0; i < kStrain; ++i)
-                s[i] += twice_mu * branches.g[k] * (deviator[i] - relaxed[own + kStrain * k + i]);
+            for (std::size_t i = 0; i < size; ++i) s[i] += (i < kStrain ? moduli.twice_mu : moduli.bend) * branches.g[k] * (strain[i] - relaxed[own + size * k + i]);
+        return s;
+    };
+    const auto stress_of = [](const Block<double>& f, const Strain& s) {
         const Block<double> second{{s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2]}};
         // E's derivative passes the deviator on to S
         const double third = (s[0] + s[1] + s[2]) / 3.0;
@@ -134,10 +162,14 @@ void add_relaxation_forces(const TissueModel& model, std::span<const NodeRecord>
     };
     const auto push = [&](std::size_t first, std::size_t lane, std::size_t own) {
         if (plan.prisms.empty()) {
-            push_tets(plan, first, lane, stress_at(find_mean(plan, first, lane, records.data()), own), partial.data());
+            const Block<double> f = find_mean(plan, first, lane, records.data());
+            push_tets(plan, first, lane, stress_of(f, pull(find_deviator(f), own)), partial.data());
         } else {
             const PrismPair pair = load_pair(plan, first, lane, records.data());
-            push_pair(plan, first, lane, pair, stress_at(to_block(pair.felt()), own), partial.data());
+            const Strain s = pull(find_strain(pair), own);
+            PairStress by = pair.pull_back(to_matrix(stress_of(to_block(pair.felt()), s)));
+            for (std::size_t prism = 0; prism < 2; ++prism) pair.add_bending(prism, {s[kStrain + 3 * prism], s[kStrain + 3 * prism + 1], 2.0 * s[kStrain + 3 * prism + 2]}, by);
+            push_pair(plan, first, lane, by, partial.data());
         }
     };
     for_each_block(plan.chunks.size(), threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -148,15 +180,15 @@ void add_relaxation_forces(const TissueModel& model, std::span<const NodeRecord>
 void relax(const TissueModel& model, std::span<const NodeRecord> records, double h, std::span<double> relaxed, unsigned threads) noexcept {
     const Branches branches = list_branches(model.material);
     const ForcePlan& plan = model.plan;
+    const std::size_t size = strain_size(plan);
     std::array<double, kMostBranches> share{};
     for (std::size_t k = 0; k < share.size(); ++k) share[k] = branches.tau[k] > 0.0 ? 1.0 - natural_exp(-h / branches.tau[k]) : 0.0;
     const auto follow = [&](std::size_t first, std::size_t lane, std::size_t own) {
-        const std::array<double, kStrain> deviator = find_deviator(
-            plan.prisms.empty() ? find_mean(plan, first, lane, records.data()) : to_block(load_pair(plan, first, lane, records.data()).felt()));
+        const Strain strain = plan.prisms.empty() ? find_deviator(find_mean(plan, first, lane, records.data())) : find_strain(load_pair(plan, first, lane, records.data()));
         for (std::size_t k = 0; k < static_cast<std::size_t>(branches.count); ++k)
-            for (std::size_t i = 0; i < kStrain; ++i) {
-                double& kept = relaxed[own + kStrain * k + i];
-                kept += share[k] * (deviator[i] - kept);
+            for (std::size_t i = 0; i < size; ++i) {
+                double& kept = relaxed[own + size * k + i];
+                kept += share[k] * (strain[i] - kept);
             }
     };
     for_each_block(plan.chunks.size(), threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -19,7 +19,7 @@ namespace trocar::fem {
 [[nodiscard]] double pressed_plate_ratio(Index cells, double thickness, double uneven, TetElements elements);
 /// Of that plate's way, of prisms: power of viscosity over that of elasticity, with a viscosity of as many Pa s as mu has Pa.
 [[nodiscard]] double pressed_plate_damping(Index cells, double thickness, double uneven);
-/// Of that plate's way, of prisms: work against a branch of g 1 that has not relaxed over that against elasticity; of pure bending 0, which does not relax.
+/// Of that plate's way, of prisms: work against a branch of g 1 that has not relaxed over that against elasticity.
 [[nodiscard]] double pressed_plate_relaxation(Index cells, double thickness, double uneven);
 
 } // namespace trocar::fem

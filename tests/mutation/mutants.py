@@ -183,6 +183,8 @@ MUTANTS = [
            "kShearReach = 0.1;", "kShearReach = 0.0;", "fem", "WallMesh.OfPrismsBends*"),
     Mutant("kinks-held", "the kink of a pair of prisms is held like its stretch", "fem/tissue/prisms.cpp",
            "both * std::min(kKinkShare * narrow, kHoldShare) / kPatchShare", "both", "fem", "WallMesh.OfPrismsBends*"),
+    Mutant("bending-stays", "branches of relaxation do not see how prisms bend", "fem/tissue/relaxation.cpp",
+           "strain[kStrain + 3 * prism + i] = bending[i];", "strain[kStrain + 3 * prism + i] = 0.0 * bending[i];", "fem", "WallMesh.OfPrismsRelaxes*"),
     Mutant("surface-waits", "a surface that no part of a step reads is never evaluated", "engine/step/tissue/tissue_stage.cpp",
            "if (!state.bodies[i].surface_deferred) return;", "return;", "engine", "LazyEvaluation.*"),
     Mutant("wall-stayed-away", "a wall that moves towards a rod is not tested", "engine/step/instrument/wall_planes.cpp",
