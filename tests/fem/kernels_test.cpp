@@ -3,6 +3,7 @@
 #include "fem/mesh/mapped_mesh.hpp"
 #include "fem/mesh/wall_mesh.hpp"
 #include "fem/tissue/integrate.hpp"
+#include "fem/tissue/relaxation.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <algorithm>
@@ -35,6 +36,17 @@ std::vector<Vec3> deform(const TissueModel& model, double size) {
     auto position = model.rest_position;
     for (Vec3& x : position) x += random_vec(random, size);
     return position;
+}
+
+/// Of tets, patches or a wall of prisms.
+TissueModel make_elements(Material material, TetElements elements) {
+    material.elements = elements;
+    if (elements != TetElements::Prisms) return make_tissue_model(make_bar_mesh({9, 7, 5}, 0.01, 0.15), material, std::vector<Index>{0, 1, 2}).value();
+    TriMesh ball = make_octasphere(9);
+    for (Vec3& v : ball.vertices) v *= 0.01 * (1.0 + 0.05 * std::sin(900.0 * v.x()));
+    const auto wall = make_wall_mesh(ball, {.thickness = 0.001, .layers = 2});
+    EXPECT_TRUE(wall.ok() && !wall->folds);
+    return make_tissue_model(wall->tets, material, std::vector<Index>{0, 1, 2}, {}, static_cast<Index>(ball.vertices.size())).value();
 }
 
 /// All partial sums of every kernel, one after the other.
@@ -92,21 +104,41 @@ TEST_P(EveryKernel, GivesTheSameBitsOnEveryInstructionSet) {
 }
 
 TEST_P(EveryKernel, OfAWallOfPrismsGivesTheSameBitsOnEveryInstructionSetAndThreadCount) {
-    TriMesh ball = make_octasphere(9);
-    for (Vec3& v : ball.vertices) v *= 0.01 * (1.0 + 0.05 * std::sin(900.0 * v.x()));
-    const auto wall = make_wall_mesh(ball, {.thickness = 0.001, .layers = 2});
-    ASSERT_TRUE(wall.ok() && !wall->folds);
     Material material = make_material(GetParam(), 0.4);
     material.viscosity = 2.0;
-    material.elements = TetElements::Prisms;
-    const auto made = make_tissue_model(wall->tets, material, std::vector<Index>{0, 1, 2}, {}, static_cast<Index>(ball.vertices.size()));
-    ASSERT_TRUE(made.ok()) << made.error().to_string();
+    const TissueModel model = make_elements(material, TetElements::Prisms);
     choose_isa("portable");
     std::vector<Extremes> found, other;
-    const auto reference = run_all(*made, 1, found);
+    const auto reference = run_all(model, 1, found);
     for (const char* isa : {"avx2", "avx512"})
-        if (choose_isa(isa)) EXPECT_TRUE(same_bits(reference, run_all(*made, 1, other))) << isa;
-    for (const unsigned threads : {2u, 3u, 7u}) EXPECT_TRUE(same_bits(reference, run_all(*made, threads, other))) << threads;
+        if (choose_isa(isa)) EXPECT_TRUE(same_bits(reference, run_all(model, 1, other))) << isa;
+    for (const unsigned threads : {2u, 3u, 7u}) EXPECT_TRUE(same_bits(reference, run_all(model, threads, other))) << threads;
+}
+
+TEST(BranchKernels, GiveTheSameBitsOnEveryInstructionSetAndThreadCount) {
+    Material material = make_material(MaterialLaw::NeoHookean, 0.4);
+    material.g1 = 0.7, material.tau1 = 0.1, material.g3 = 0.2, material.tau3 = 2.0;
+    for (const TetElements elements : {TetElements::Linear, TetElements::Patched, TetElements::Prisms}) {
+        const TissueModel model = make_elements(material, elements);
+        const auto run_branches = [&](unsigned threads) {
+            std::vector<NodeRecord> records(model.node_count());
+            std::vector<PartialForce> partial(model.plan.slots.size(), PartialForce{});
+            std::vector<double> relaxed(relaxation_size(model));
+            for (const double size : {0.004, 0.001}) {
+                gather_records(model.plan, deform(model, size), {}, records);
+                relax(model, records, 0.05, relaxed, threads);
+            }
+            add_relaxation_forces(model, records, relaxed, partial, threads);
+            for (std::size_t k = 0; k + 3 <= relaxed.size(); k += 3) partial.push_back({{relaxed[k], relaxed[k + 1], relaxed[k + 2], 0.0}});
+            return partial;
+        };
+        choose_isa("portable");
+        const auto reference = run_branches(1);
+        for (const char* isa : {"avx2", "avx512"})
+            if (choose_isa(isa)) EXPECT_TRUE(same_bits(reference, run_branches(1))) << isa;
+        for (const unsigned threads : {2u, 3u}) EXPECT_TRUE(same_bits(reference, run_branches(threads))) << threads;
+        choose_isa("");
+    }
 }
 
 TEST_P(EveryKernel, GivesTheSameBitsForAnyNumberOfThreads) {
