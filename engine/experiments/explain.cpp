@@ -42,7 +42,7 @@ void tell_effects(const Scene& scene, const PreparedScene& prepared, std::string
 }
 
 /// What the constants of a material come to, in the scene's units.
-void tell_material(const Scene& scene, const SceneBody& body, const fem::Material& m, std::string& text) {
+void tell_material(const Scene& scene, const SceneBody& body, const fem::Material& m, const std::string& fibre_words, std::string& text) {
     const fem::SmallStrain small = fem::find_small_strain(m);
     const auto unit = [&](double si) { return with_unit(si, Dimension::Pressure, scene.units); };
     constexpr const char* kNames[] = {"St. Venant-Kirchhoff", "corotational", "neo-Hookean", "Mooney-Rivlin", "Ogden", "Holzapfel-Gasser-Ogden"};
@@ -53,6 +53,7 @@ void tell_material(const Scene& scene, const SceneBody& body, const fem::Materia
     if (m.law >= fem::MaterialLaw::MooneyRivlin)
         text += fmt::format("  {:<15} pulled{}, its tangent is {} at a stretch of 0.8, {} at 1, {} at 1.2\n", "", fibres ? " along the first fibres" : "",
                             unit(fem::find_pull_tangent(m, 0.8)), unit(fem::find_pull_tangent(m, 1.0)), unit(fem::find_pull_tangent(m, 1.2)));
+    if (!fibre_words.empty()) text += fmt::format("  {:<15} fibres lie {}\n", "", fibre_words);
     if (const double relaxing = m.g1 + m.g2 + m.g3; relaxing > 0.0)
         text += fmt::format("  {:<15} stress relaxes: the shear modulus at once is {:.4g} times that in the end\n", "", 1.0 + relaxing);
 }
@@ -80,7 +81,7 @@ void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string&
             text += fmt::format(", {} tetrahedra on {} nodes ({} fixed), stable step{} {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
                        model.implicit ? " if it were explicit" : "", 1e3 * b.stable_step_s);
         text += "\n";
-        if (model.tissue) tell_material(scene, scene.bodies[i], model.tissue->material, text);
+        if (model.tissue) tell_material(scene, scene.bodies[i], model.tissue->material, b.fibres, text);
         tell_regions(scene, b, text);
         if (b.links > 0)
             text += fmt::format("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,

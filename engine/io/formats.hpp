@@ -48,6 +48,7 @@ struct VtkMesh {
     bool unstructured = false;
     VtkCells lines;                                                 // of PolyData, where they are asked for
     std::vector<std::pair<std::string, std::vector<double>>> of_points, of_cells; // arrays of one component, where they are asked for
+    std::vector<std::pair<std::string, std::vector<double>>> vectors_of_cells;    // of three, one cell after another
 };
 /// with_data  arrays of the cells are wanted as well
 [[nodiscard]] Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name, bool with_data = false);

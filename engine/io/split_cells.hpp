@@ -33,8 +33,8 @@ struct SplitCells {
 struct BesideTets {
     std::vector<Triangle> faces; // that an MSH or MEDIT file lists, in the mesh's vertices
     SplitCells split;
-    bool with_arrays = false;               // in: the two below are wanted
-    std::vector<CellArray> arrays;          // of the cells as the file has them
+    bool with_arrays = false;               // in: the three below are wanted
+    std::vector<CellArray> arrays, vectors; // of the cells as the file has them: of one number each, of three
     std::vector<std::size_t> place_of_tet;  // [tet_count] of its values in them
 };
 

@@ -177,7 +177,7 @@ private:
         return true;
     }
 
-    /// An array of the points or cells; only those of one number a cell are kept.
+    /// An array of the points or cells; only those of one number or three a cell are kept.
     bool read_attribute(const std::string& kind) {
         std::string_view name;
         if (!in_.word(name, "an array's name")) return false;
@@ -213,17 +213,17 @@ private:
     }
 
     bool read_array(std::string name, std::size_t components, std::size_t tuples, ScalarType type) {
-        if (data_of_ != DataOf::Cells || components != 1) return pass_over_array(components, tuples, type);
-        if (!check_size(tuples, size_of(type), "the number of tuples")) return false;
-        std::vector<double> values(tuples);
+        if (data_of_ != DataOf::Cells || (components != 1 && components != 3)) return pass_over_array(components, tuples, type);
+        if (!check_size(tuples, components * size_of(type), "the number of tuples")) return false;
+        std::vector<double> values(components * tuples);
         std::string_view bytes;
-        if (binary_ && !in_.raw(bytes, tuples * size_of(type), "an array")) return false;
-        for (std::size_t i = 0; i < tuples; ++i)
+        if (binary_ && !in_.raw(bytes, values.size() * size_of(type), "an array")) return false;
+        for (std::size_t i = 0; i < values.size(); ++i)
             if (binary_)
                 values[i] = load_real(bytes.data() + i * size_of(type), type, true);
             else if (!in_.real(values[i], "a number"))
                 return false;
-        out_.of_cells.emplace_back(std::move(name), std::move(values));
+        (components == 1 ? out_.of_cells : out_.vectors_of_cells).emplace_back(std::move(name), std::move(values));
         return true;
     }
 

@@ -150,6 +150,8 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* be
     mesh.vertices = std::move(vtk.points);
     if (with_arrays)
         for (auto& [array, values] : vtk.of_cells) beside->arrays.push_back({std::move(array), std::move(values), {}});
+    if (with_arrays)
+        for (auto& [array, values] : vtk.vectors_of_cells) beside->vectors.push_back({std::move(array), std::move(values), {}});
     return join_cells(std::move(mesh), cells, beside);
 }
 

@@ -101,7 +101,7 @@ private:
         }
         if (out_.unstructured)
             return read_cells(piece.child("Cells"), out_.cells, first, piece.attribute("NumberOfCells").as_ullong()) &&
-                   (!with_data_ || read_data(piece.child("CellData"), out_.of_cells));
+                   (!with_data_ || (read_data(piece.child("CellData"), out_.of_cells) && read_data(piece.child("CellData"), out_.vectors_of_cells, "3")));
         if (with_data_ && !(read_cells(piece.child("Lines"), out_.lines, first, piece.attribute("NumberOfLines").as_ullong()) &&
                              read_data(piece.child("PointData"), out_.of_points) && read_data(piece.child("CellData"), out_.of_cells)))
             return false;
@@ -109,11 +109,11 @@ private:
                read_cells(piece.child("Strips"), out_.strips, first, piece.attribute("NumberOfStrips").as_ullong());
     }
 
-    /// Arrays of one component, by name; of several pieces one after another.
-    bool read_data(const pugi::xml_node& node, std::vector<std::pair<std::string, std::vector<double>>>& arrays) {
+    /// Arrays of so many components, by name; of several pieces one after another.
+    bool read_data(const pugi::xml_node& node, std::vector<std::pair<std::string, std::vector<double>>>& arrays, std::string_view wanted = "1") {
         for (const pugi::xml_node array : node.children("DataArray")) {
             const std::string components = array.attribute("NumberOfComponents").value();
-            if ((!components.empty() && components != "1") || !find_scalar_type(array.attribute("type").value())) continue;
+            if ((components.empty() ? "1" : components) != wanted || !find_scalar_type(array.attribute("type").value())) continue;
             const std::string name = array.attribute("Name").value();
             auto known = std::find_if(arrays.begin(), arrays.end(), [&](const auto& each) { return each.first == name; });
             if (known == arrays.end()) known = arrays.insert(arrays.end(), {name, {}});

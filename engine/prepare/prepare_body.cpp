@@ -6,6 +6,7 @@
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/prepare/fibre_field.hpp"
 #include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
 #include "engine/prepare/sharp_edges.hpp"
@@ -154,7 +155,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
         }
         return std::move(coarse->tets);
     }
-    beside.with_arrays = !body.coarse.regions.empty();
+    beside.with_arrays = !body.coarse.regions.empty() || !body.coarse.fibre1_array.empty() || !body.coarse.fibre2_array.empty();
     Result<TetMesh> mesh = read_tets(body.coarse.file, &beside);
     if (!mesh.ok()) return mesh;
     if (std::string what = describe_split(beside.split); !what.empty()) remarks.notes.push_back("coarse mesh: " + what);
@@ -173,7 +174,7 @@ fem::Material effective_material(const Scene& scene, const SceneBody& body) {
 
 /// A coarse mesh from a file may be of something else, or in another unit: then it is many times larger or smaller than the surface, or
 /// parts of the surface would be embedded in it from afar.
-constexpr double kMostSizeRatio = 5.0; // of the boxes' longest edges, either way
+constexpr double kMostMeshRatio = 5.0; // of the boxes' longest edges, either way
 constexpr double kLongestLink = 0.5;   // of the surface's longest edge: as far off as half of the body
 
 /// Nothing, or an error that says what does not fit.
@@ -184,7 +185,7 @@ std::string find_misfit(const TetMesh& coarse, const TriMesh& surface, double lo
     const double ratio = inner.longest_edge() / outer.longest_edge();
     const std::string sizes =
         fmt::format("the coarse mesh is {:.3g} mm long and the surface {:.3g} mm", 1e3 * inner.longest_edge(), 1e3 * outer.longest_edge());
-    if (!(ratio <= kMostSizeRatio && ratio >= 1.0 / kMostSizeRatio))
+    if (!(ratio <= kMostMeshRatio && ratio >= 1.0 / kMostMeshRatio))
         return sizes + "; expected one of about its size, perhaps by another \"unit\" of one of the two";
     if (!(longest_link <= kLongestLink * outer.longest_edge()))
         return fmt::format(
@@ -245,13 +246,16 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
     if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
     const auto sheet = is_wall(body) ? static_cast<Index>(mesh->vertices.size() / (body.coarse.layers + 1)) : 0;
-    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, regions->contrast(), sheet);
+    const Result<FibreField> fibres = make_fibre_field(scene, body, *mesh, beside, model.surface);
+    if (!fibres.ok()) return fibres.error();
+    const fem::TetContrast contrast{regions->stiffness, regions->density, fibres->axes};
+    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned, contrast, sheet);
     if (!tissue.ok())
         return scene_error(scene, key,
                            body.coarse.file.empty() ? tissue.error().message
                                                     : fmt::format("{}: {}", body.coarse.file.string(), tissue.error().message),
                            tissue.error().code);
-    if (const Result<void> joined = join_walls(scene, {*mesh, effective_material(scene, body), regions->contrast()}, coarse, prepared, *tissue, summary); !joined.ok())
+    if (const Result<void> joined = join_walls(scene, {*mesh, effective_material(scene, body), contrast}, coarse, prepared, *tissue, summary); !joined.ok())
         return joined;
     Result<fem::RigidLinks> links = spec.hollow ? fem::make_bore_links(*mesh, model.surface) : fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
@@ -262,6 +266,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();
     summary.region_array = std::move(regions->array);
+    summary.fibres = fibres->words;
     summary.regions = std::move(regions->list);
     if (!fem::uses_patches(tissue->material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
         summary.notes.push_back(

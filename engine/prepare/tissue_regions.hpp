@@ -37,8 +37,6 @@ struct TissueRegions {
     std::vector<double> stiffness, density; // [tet_count] factors on the body's material; empty: all are 1
     std::string array;
     std::vector<RegionSummary> list; // by label
-
-    [[nodiscard]] fem::TetContrast contrast() const noexcept { return {stiffness, density}; }
 };
 
 /// Of a body whose coarse mesh is a file's. mesh: placed, in m. Nothing where the scene names no region.

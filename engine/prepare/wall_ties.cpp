@@ -177,7 +177,7 @@ Result<void> join_walls(const Scene& scene, const OrganInHand& organ, const Coar
     double left = 0.0;
     for (std::size_t tet = 0; tet < room.size(); ++tet) left += room[tet] * tissue.tet_shape[tet].volume;
     const std::vector<double> stiffness = times(organ.contrast.stiffness, room), density = times(organ.contrast.density, room);
-    Result<fem::TissueModel> made = fem::make_tissue_model(organ.mesh, organ.material, tissue.pinned, {stiffness, density});
+    Result<fem::TissueModel> made = fem::make_tissue_model(organ.mesh, organ.material, tissue.pinned, {stiffness, density, organ.contrast.fibres});
     if (!made.ok()) return scene_error(scene, "bodies." + summary.name, made.error().message, made.error().code);
     summary.notes.push_back(fmt::format("{:.3g} % of its tissue made room for {} and what is inside", 100.0 * (1.0 - left / tissue.volume), names));
     tissue = std::move(*made);

@@ -114,6 +114,11 @@ struct TissueKeys {
                                                  "docs/tissue.md."),
                                     kReadApart, s.preset), // before all others: read_body
                          inline_keys<MaterialKeys>(s.material),
+                         key(s.fibre_course, choice_field<FibreCourse>("fibre_course", {{"given", FibreCourse::Given}, {"centreline", FibreCourse::Centreline}, {"radial", FibreCourse::Radial}},
+                                                                       "Of hollow bodies: centreline winds both families round that of their lumen, fibre_angle from the "
+                                                                       "circumference towards it either way; radial lets them lead away from it. Given: as fibre1 and fibre2, or "
+                                                                       "fibre_axis. A preset artery's wind round the centreline where nothing else is said.")
+                                                  .when({"hgo"})),
                          key(s.cap_viscosity, flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the "
                                                                           "stable step, and says so.")));
     }
@@ -284,6 +289,9 @@ struct FileCoarseKeys {
                          key(s.region_array, text_field("region_array", "Array of the file's cells that says by an integer which region each belongs to: a cell array "
                                                                         "of VTK or VTU, or gmsh:physical, gmsh:geometrical, medit:ref, tetgen:ref, vega:region; the one "
                                                                         "that looks like it when absent.")),
+                         key(s.fibre1_array, text_field("fibre1_array", "Array of the file's cells with three numbers each, the direction of the first family of fibres; VTK or VTU. "
+                                                                           "Only where the body's law is hgo.")),
+                         key(s.fibre2_array, text_field("fibre2_array", "Of the second family; that of the first when absent.")),
                          custom_key(map_field("regions", object_value(table_of<TissueRegionKeys>()),
                                               "Regions of other tissues, by name; what is in none of them has the body's material."),
                                     read_regions, s.regions));

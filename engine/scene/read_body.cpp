@@ -208,6 +208,24 @@ std::optional<Error> check_wall(const Reading& reading, const SceneBody& body) {
                    "its wall from a file, or \"kind\": \"static\", perhaps \"embedded_in\" the organ around it");
 }
 
+/// Fibres are said to lie one way, and an artery's lie round its vessel where nothing is said.
+std::optional<Error> read_fibre_course(const Reading& reading, SceneBody& body) {
+    const bool from_file = !body.coarse.fibre1_array.empty() || !body.coarse.fibre2_array.empty();
+    if (from_file && body.material.law != fem::MaterialLaw::Hgo)
+        return fail_at(reading.context, reading.values, "coarse", "found arrays of fibres of a tissue without fibres; expected \"law\": \"hgo\" in its \"material\", or these left out");
+    if (!reading.values.has("material")) return std::nullopt;
+    const Values material = reading.values.object("material");
+    const bool given = material.has("fibre1") || material.has("fibre2") || material.has("fibre_axis");
+    if (body.fibre_course != FibreCourse::Given && !body.hollow)
+        return fail_at(reading.context, material, "fibre_course", "found fibres round a vessel of a body that is not hollow; expected \"hollow\": true, or \"given\"");
+    if (body.fibre_course != FibreCourse::Given && (given || from_file))
+        return fail_at(reading.context, material, "fibre_course",
+                       fmt::format("found a course of fibres beside their {}; expected one of both", from_file ? "arrays" : "directions"));
+    const bool artery = !body.preset.empty() && body.material.law == fem::MaterialLaw::Hgo;
+    if (artery && body.hollow && !given && !from_file && !material.has("fibre_course")) body.fibre_course = FibreCourse::Centreline;
+    return std::nullopt;
+}
+
 std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
     if (reading.values.has("material")) {
         const Values material = reading.values.object("material");
@@ -222,6 +240,7 @@ std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
                        "found a sphere tree for a hollow body, whose spheres are those inscribed in its lumen; expected this left out, or \"hollow\" "
                        "left out");
     if (auto error = check_wall(reading, body)) return error;
+    if (auto error = read_fibre_course(reading, body)) return error;
     if (!reading.values.has("blend") || reading.values.has("embedded_in")) return std::nullopt;
     return fail_at(reading.context, reading.values, "blend",
                    "unused key: the body is not embedded_in another; expected that added or this left out");

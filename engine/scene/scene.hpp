@@ -83,6 +83,7 @@ struct CoarseSpec {
     Index layers = 2;                    // of a wall, through its thickness
     double unit = 1.0;                   // m per unit of the file
     std::string region_array;            // of the file: integers by which its cells belong to regions; empty: the one that looks like it
+    std::string fibre1_array, fibre2_array; // of the file: three numbers a cell, the directions of both families; empty: as the material says
     std::vector<TissueRegion> regions;   // labels that are not named have the body's material
     std::size_t surface_triangles = 800; // TetGen, wall: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
@@ -133,6 +134,10 @@ struct LoadSpec {
     std::vector<LoadRow> over;         // factor over time; empty: 1
 };
 
+/// How fibres lie, but for those of a file: as the material's fibre1 and fibre2 or fibre_axis say, wound round the centreline of a hollow body's lumen, or
+/// away from it.
+enum class FibreCourse : std::uint8_t { Given, Centreline, Radial };
+
 enum class BodyKind : std::uint8_t { Deformable, Static, Kinematic };
 
 struct SceneBody {
@@ -146,6 +151,7 @@ struct SceneBody {
     double blend = 0.010;          // m: over this distance outside the host the motion fades to rest
     std::string preset;            // Deformable: whose tissue the material began as; empty: the defaults
     fem::Material material;        // Deformable
+    FibreCourse fibre_course = FibreCourse::Given; // Deformable, of hgo
     bool cap_viscosity = true;     // Deformable: viscosity may cost a tenth of the stable step, no more
     CoarseSpec coarse;             // Deformable
     std::filesystem::path spheres; // solid bodies: the sphere tree, .sph; empty: made of the surface

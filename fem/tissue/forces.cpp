@@ -47,12 +47,6 @@ FibreAxes find_fibres_at(const TissueModel& model, std::size_t batch, std::size_
     return model.plan.fibres.empty() ? FibreAxes{} : fibres_at(model, batch, lane);
 }
 
-Vec3 find_centre(const TissueModel& model, std::size_t tet) noexcept {
-    Vec3 sum = Vec3::Zero();
-    for (const Index node : model.tet_nodes[tet]) sum += 0.25 * model.rest_position[node];
-    return sum;
-}
-
 /// J/m^3
 template <class Law>
 double pair_energy(const LawConstants& law, const PrismPair& pair, const FibreAxes& fibres) noexcept {
@@ -104,13 +98,18 @@ template <class Law, class At>
 TetReport measure(const TissueModel& model, At&& at) noexcept {
     if (model.plan.patched()) return measure_rows<Law>(model, at);
     TetReport report;
-    for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
+    const auto note = [&](std::size_t tet, const FibreAxes& fibres) {
         const Block<double> f = find_gradient(model, tet, at);
         const double det = determinant(f);
-        const FibreAxes fibres = model.plan.fibres.empty() ? FibreAxes{} : find_fibres(model.material, find_centre(model, tet));
-        note_energy(report, det, model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det, &fibres),
-                    tet);
+        note_energy(report, det, model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det, &fibres), tet);
+    };
+    const ForcePlan& plan = model.plan;
+    if (plan.fibres.empty()) {
+        for (std::size_t tet = 0; tet < model.tet_count(); ++tet) note(tet, {});
+        return report;
     }
+    for (std::size_t place = 0; place < plan.tet_of.size(); ++place)
+        if (plan.batches[place / kBatch].volume[place % kBatch] > 0.0) note(plan.tet_of[place], fibres_at(model, place / kBatch, place % kBatch));
     return report;
 }
 

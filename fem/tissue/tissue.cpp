@@ -122,17 +122,48 @@ Vec3 centre_of_tet(const TissueModel& model, std::size_t tet) {
     return 0.25 * (model.rest_position[t[0]] + model.rest_position[t[1]] + model.rest_position[t[2]] + model.rest_position[t[3]]);
 }
 
-/// A tet's fibres are those of its centre, a patch's those of its tets' mean centre.
-void add_fibres(TissueModel& model) {
+Result<void> check_fibres(const TetMesh& mesh, std::span<const FibreAxes> fibres) {
+    if (fibres.empty()) return {};
+    if (fibres.size() != mesh.tets.size()) return bad_mesh(std::to_string(fibres.size()) + " tets have fibres; expected " + std::to_string(mesh.tets.size()));
+    for (std::size_t tet = 0; tet < fibres.size(); ++tet)
+        for (const double* axis : {fibres[tet].axis, fibres[tet].axis + 3})
+            if (!(std::abs(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2] - 1.0) < 1e-6))
+                return bad_mesh("a fibre of tet " + std::to_string(tet) + " is not of length 1");
+    return {};
+}
+
+/// The line that several, with weights, lie along: a fibre has no sense of direction.
+class MeanLine {
+public:
+    void add(const double* axis, double weight) {
+        const Vec3 direction(axis[0], axis[1], axis[2]);
+        if (sum_.isZero(0.0)) first_ = direction;
+        sum_ += (direction.dot(sum_.isZero(0.0) ? first_ : sum_) < 0.0 ? -weight : weight) * direction;
+    }
+    [[nodiscard]] Vec3 direction() const { return sum_.norm() > 1e-9 ? Vec3(sum_.normalized()) : first_; }
+
+private:
+    Vec3 sum_ = Vec3::Zero(), first_ = Vec3::UnitX();
+};
+
+/// A tet's fibres are those of its centre, a patch's those of its tets' mean centre; given ones the mean of those of its tets.
+void add_fibres(TissueModel& model, std::span<const FibreAxes> given) {
     ForcePlan& plan = model.plan;
     plan.fibres.resize(plan.batches.size());
     const std::size_t group = plan.patched() ? kPatch : 1;
     for (std::size_t first = 0; first < plan.batches.size(); first += group)
         for (std::size_t lane = 0; lane < kBatch; ++lane) {
             Vec3 centre = Vec3::Zero();
-            for (std::size_t b = first; b < first + group; ++b)
-                centre += (plan.patched() ? plan.shares[b].share[lane] : 1.0) * centre_of_tet(model, plan.tet_of[b * kBatch + lane]);
-            const FibreAxes axes = find_fibres(model.material, centre);
+            MeanLine lines[2];
+            for (std::size_t b = first; b < first + group; ++b) {
+                const double share = plan.patched() ? plan.shares[b].share[lane] : 1.0;
+                const Index tet = plan.tet_of[b * kBatch + lane];
+                centre += share * centre_of_tet(model, tet);
+                for (std::size_t family = 0; family < 2 && !given.empty() && share > 0.0; ++family) lines[family].add(given[tet].axis + 3 * family, share);
+            }
+            FibreAxes axes = find_fibres(model.material, centre);
+            if (!given.empty())
+                for (std::size_t k = 0; k < 6; ++k) axes.axis[k] = lines[k / 3].direction()[static_cast<int>(k % 3)];
             for (std::size_t b = first; b < first + group; ++b)
                 for (std::size_t k = 0; k < 6; ++k) plan.fibres[b].axis[k][lane] = axes.axis[k];
         }
@@ -147,6 +178,7 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
     if (const auto fine = check_nodes(mesh); !fine) return fine.error();
     if (const auto fine = check_factors(mesh, contrast.stiffness, "stiffness"); !fine) return fine.error();
     if (const auto fine = check_factors(mesh, contrast.density, "density"); !fine) return fine.error();
+    if (const auto fine = check_fibres(mesh, contrast.fibres); !fine) return fine.error();
     TissueModel model{.material = material,
                       .law = make_law_constants(material),
                       .tet_nodes = mesh.tets,
@@ -178,7 +210,7 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
         if (const auto fine = check_prisms(model.tet_nodes, model.node_count(), sheet); !fine) return fine.error();
     model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass, uses_patches(material), prisms ? sheet : 0);
     if (prisms) fill_prisms(model.plan, model.tet_nodes, model.tet_shape, model.rest_position, sheet);
-    if (material.law == MaterialLaw::Hgo) add_fibres(model);
+    if (material.law == MaterialLaw::Hgo) add_fibres(model, contrast.fibres);
     model.material.young_modulus = find_small_strain(material).young_modulus();
     return model;
 }

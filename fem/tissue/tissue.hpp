@@ -14,6 +14,7 @@ namespace trocar::fem {
 /// A body of several tissues of one law: factors on the material for every tet. Empty: 1.
 struct TetContrast {
     std::span<const double> stiffness, density; // [tet_count], > 0
+    std::span<const FibreAxes> fibres = {};     // [tet_count] of hgo, of length 1; empty: as the material says (find_fibres)
 };
 
 struct TissueModel {

@@ -224,12 +224,12 @@ TEST_F(Regions, AreAllListedByExplainThoseWithoutATissueOfTheirOwnToo) {
 
 TEST_F(Regions, ThatAreWrongAreRefusedWithLineKeyAndWhatWasExpected) {
     write_bar([](const Vec3& x) { return x.x() < 0.25 * kLength ? 5.0 : 9.0; });
-    struct Case {
+    struct Wrong {
         Bar bar;
         std::size_t line;
         std::string key, message;
     };
-    const std::vector<Case> cases{
+    const std::vector<Wrong> cases{
         {{.regions = R"({"a": {"label": 8}})"}, 6, "bodies.bar.coarse.regions.a.label", "found 8, which no cell of bar.vtu has in its array \"region\"; nearest label: 9 (there are 5, 9)"},
         {{.regions = R"({"a": {"label": 5, "young_modulus": -1}})"}, 6, "bodies.bar.coarse.regions.a.young_modulus", "-1"},
         {{.regions = R"({"a": {"label": 5, "density": 0}})"}, 6, "bodies.bar.coarse.regions.a.density", "expected"},
@@ -242,7 +242,7 @@ TEST_F(Regions, ThatAreWrongAreRefusedWithLineKeyAndWhatWasExpected) {
         {{.array = "\"region\""}, 6, "bodies.bar.coarse.region_array", "unused key"},
         {{.regions = "3"}, 6, "bodies.bar.coarse.regions", "found"},
     };
-    for (const Case& c : cases) {
+    for (const Wrong& c : cases) {
         SCOPED_TRACE(c.bar.regions + c.bar.array);
         const Error error = refusal(c.bar);
         EXPECT_EQ(error.file, (folder / "test.json").string());

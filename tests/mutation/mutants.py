@@ -183,6 +183,8 @@ MUTANTS = [
            "kShearReach = 0.1;", "kShearReach = 0.0;", "fem", "WallMesh.OfPrismsBends*"),
     Mutant("kinks-held", "the kink of a pair of prisms is held like its stretch", "fem/tissue/prisms.cpp",
            "both * std::min(kKinkShare * narrow, kHoldShare) / kPatchShare", "both", "fem", "WallMesh.OfPrismsBends*"),
+    Mutant("fibres-straight", "fibres wind round where a vessel begins, whatever its bends", "engine/prepare/fibre_field.cpp",
+           "local.fibre_axis = nearest.tangent;", "local.fibre_axis = tree->points[1] - tree->points[0];", "engine", "FibreField.Winds*"),
     Mutant("bending-stays", "branches of relaxation do not see how prisms bend", "fem/tissue/relaxation_kernels.cpp",
            "part[0] = inner(frame.first, bent[p][0]);", "part[0] = hn::Zero(D8());", "fem", "WallMesh.OfPrismsRelaxes*"),
     Mutant("surface-waits", "a surface that no part of a step reads is never evaluated", "engine/step/tissue/tissue_stage.cpp",
