@@ -148,10 +148,11 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name, BesideTets* be
     if (mesh.tets.empty() && cells.empty())
         return bad_mesh(fmt::format("holds no linear tetrahedra, hexahedra, prisms or pyramids; {} cells of other types", others), name);
     mesh.vertices = std::move(vtk.points);
-    if (with_arrays)
+    if (with_arrays) {
+        beside->cells = vtk.cells.types.size();
         for (auto& [array, values] : vtk.of_cells) beside->arrays.push_back({std::move(array), std::move(values), {}});
-    if (with_arrays)
         for (auto& [array, values] : vtk.vectors_of_cells) beside->vectors.push_back({std::move(array), std::move(values), {}});
+    }
     return join_cells(std::move(mesh), cells, beside);
 }
 

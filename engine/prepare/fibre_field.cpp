@@ -31,10 +31,10 @@ Result<void> read_family(const Scene& scene, const std::string& key, const std::
         if (names.empty()) return scene_error(scene, key, fmt::format("found \"{:.60}\", and no cell array of {} has three numbers a cell; expected one, in a VTK or VTU file", name, file));
         return scene_error(scene, key, fmt::format("{}: {}", file, refuse_unknown("cell array of three numbers", name, std::vector<std::string_view>(names.begin(), names.end()))));
     }
+    if (array->values.size() != 3 * beside.cells)
+        return scene_error(scene, key, fmt::format("the array \"{:.60}\" of {} has {} values; expected {}, three for each of {} cells", name, file, array->values.size(), 3 * beside.cells, beside.cells));
     for (std::size_t t = 0; t < axes.size(); ++t) {
         const std::size_t cell = beside.place_of_tet[t], place = 3 * cell;
-        if (place + 3 > array->values.size())
-            return scene_error(scene, key, fmt::format("the array \"{:.60}\" of {} has {} values, and there is a cell {}; expected three for each cell", name, file, array->values.size(), cell));
         const Vec3 direction(array->values[place], array->values[place + 1], array->values[place + 2]);
         const double length = direction.stableNorm();
         if (!(length > 0.0 && length < std::numeric_limits<double>::infinity()))
@@ -87,6 +87,11 @@ Nearest find_nearest(const CentrelineTree& tree, const Vec3& place) {
     return nearest;
 }
 
+/// Of a lumen's width: a shorter centreline is a sac's.
+constexpr double kLeastLength = 1.5;
+
+std::string angle_words(const fem::Material& m) { return fmt::format("{:.4g} degrees from the circumference either way", m.fibre_angle * 180.0 / 3.14159265358979323846); }
+
 Result<FibreField> wind_field(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const TriMesh& surface) {
     const std::string key = "bodies." + body.name;
     const Result<spheretree::LumenTree> lumen = make_or_read_lumen_tree(surface);
@@ -107,10 +112,20 @@ Result<FibreField> wind_field(const Scene& scene, const SceneBody& body, const T
             for (std::size_t family = 0; family < 2; ++family) set_axis(out.norm() > 0.0 ? out : nearest.tangent.unitOrthogonal(), family, axes);
         field.axes.push_back(axes);
     }
-    field.words = body.fibre_course == FibreCourse::Radial
-                      ? "away from the lumen's centreline"
-                      : fmt::format("round the lumen's centreline, {:.4g} degrees from the circumference either way", body.material.fibre_angle * 180.0 / 3.14159265358979323846);
+    field.words = body.fibre_course == FibreCourse::Radial ? "away from the lumen's centreline" : "round the lumen's centreline, " + angle_words(body.material);
+    double length = 0.0;
+    for (Index i = 1; i < tree->point_count(); ++i) length += (tree->points[i] - tree->points[tree->parents[i]]).norm();
+    if (const double widest = 2.0 * *std::max_element(tree->radii.begin(), tree->radii.end()); length < kLeastLength * widest)
+        field.note = fmt::format("fibres lie by a centreline of {:.3g} mm in a lumen {:.3g} mm wide, which chance lays in a sac; expected a vessel longer than wide, or fibres that are \"given\"",
+                                 1e3 * length, 1e3 * widest);
     return field;
+}
+
+FibreField describe_given(const fem::Material& m) {
+    const auto shown = [](const Vec3& v, double unit) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", unit * v.x(), unit * v.y(), unit * v.z()); };
+    if (m.fibre_axis.norm() > 0.0)
+        return {{}, fmt::format("round the line through {} mm along {}, {}", shown(m.fibre_point, 1e3), shown(m.fibre_axis.normalized(), 1.0), angle_words(m)), {}};
+    return {{}, fmt::format("along {} and {}", shown(m.fibre1.normalized(), 1.0), shown(m.fibre2.normalized(), 1.0)), {}};
 }
 
 } // namespace
@@ -119,7 +134,7 @@ Result<FibreField> make_fibre_field(const Scene& scene, const SceneBody& body, c
     if (body.material.law != fem::MaterialLaw::Hgo) return FibreField{};
     if (!body.coarse.fibre1_array.empty() || !body.coarse.fibre2_array.empty()) return read_field(scene, body, mesh, beside);
     if (body.fibre_course != FibreCourse::Given) return wind_field(scene, body, mesh, surface);
-    return FibreField{};
+    return describe_given(body.material);
 }
 
 } // namespace trocar::engine

@@ -14,7 +14,8 @@ namespace trocar::engine {
 
 struct FibreField {
     std::vector<fem::FibreAxes> axes; // [tet_count]; empty: as the material says
-    std::string words;                // where they come from; empty: the material
+    std::string words;                // how they lie; empty: a law without
+    std::string note;                 // what to doubt; empty: nothing
 };
 
 /// By the arrays of the body's coarse file, or by the centreline of its lumen: a tetrahedron belongs to the place of it that is nearest in radii of the

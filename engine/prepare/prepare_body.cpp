@@ -267,6 +267,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     summary.pinned_nodes = tissue->pinned.size();
     summary.region_array = std::move(regions->array);
     summary.fibres = fibres->words;
+    if (!fibres->note.empty()) summary.notes.push_back(fibres->note);
     summary.regions = std::move(regions->list);
     if (!fem::uses_patches(tissue->material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
         summary.notes.push_back(

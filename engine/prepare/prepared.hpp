@@ -41,7 +41,7 @@ struct BodySummary {
     std::size_t tree_spheres = 0, inscribed_spheres = 0;
     std::string region_array;           // that tells regions apart; empty: the body is of one tissue
     std::vector<RegionSummary> regions; // by label
-    std::string fibres;                 // of hgo, where they come from; empty: as the material says
+    std::string fibres;                 // of hgo, how they lie
     std::vector<std::string> notes; // repairs, leniencies, warnings
 };
 

@@ -40,6 +40,8 @@ bool is_label(double value) { return value == std::floor(value) && std::abs(valu
 
 /// Empty where the array has one integer for each cell.
 std::string find_defect(const BesideTets& beside, const CellArray& array) {
+    if (beside.cells > 0 && array.values.size() > beside.cells)
+        return fmt::format("has {} values, and the file has {} cells; expected one for each cell", array.values.size(), beside.cells);
     for (const std::size_t place : beside.place_of_tet)
         if (place >= array.values.size())
             return fmt::format("has {} values, and the file has cell {}; expected one for each cell", array.values.size(), place);

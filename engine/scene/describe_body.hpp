@@ -291,7 +291,7 @@ struct FileCoarseKeys {
                                                                         "that looks like it when absent.")),
                          key(s.fibre1_array, text_field("fibre1_array", "Array of the file's cells with three numbers each, the direction of the first family of fibres; VTK or VTU. "
                                                                            "Only where the body's law is hgo.")),
-                         key(s.fibre2_array, text_field("fibre2_array", "Of the second family; that of the first when absent.")),
+                         key(s.fibre2_array, text_field("fibre2_array", "Of the second family. One array alone is that of both.")),
                          custom_key(map_field("regions", object_value(table_of<TissueRegionKeys>()),
                                               "Regions of other tissues, by name; what is in none of them has the body's material."),
                                     read_regions, s.regions));

@@ -50,8 +50,8 @@ constexpr std::array kPresets = {
     Preset{"artery_media", [] { return make_artery(3000.0, 2363.2, 0.8393, 29.0); }},
     Preset{"artery_adventitia", [] { return make_artery(300.0, 562.0, 0.7112, 62.0); }},
     Preset{"brain", make_brain},
-    Preset{"liver", [] { return make_neo_hookean(2040.0 / 6.0, 1060.0); }}, // a sixth of Young's modulus
-    Preset{"muscle", [] { return make_neo_hookean(2750.0, 1060.0); }},      // in the middle of 1.75 to 3.75 kPa
+    Preset{"liver", [] { return make_neo_hookean(2040.0 / (4.0 * 1.49), 1060.0); }}, // of a Young's modulus of 2.04 kPa
+    Preset{"muscle", [] { return make_neo_hookean(2750.0, 1060.0); }},               // in the middle of 1.75 to 3.75 kPa
     Preset{"fat", [] { return make_ogden(400.0, 23.0, 920.0); }},
 };
 

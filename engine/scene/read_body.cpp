@@ -210,19 +210,24 @@ std::optional<Error> check_wall(const Reading& reading, const SceneBody& body) {
 
 /// Fibres are said to lie one way, and an artery's lie round its vessel where nothing is said.
 std::optional<Error> read_fibre_course(const Reading& reading, SceneBody& body) {
-    const bool from_file = !body.coarse.fibre1_array.empty() || !body.coarse.fibre2_array.empty();
-    if (from_file && body.material.law != fem::MaterialLaw::Hgo)
-        return fail_at(reading.context, reading.values, "coarse", "found arrays of fibres of a tissue without fibres; expected \"law\": \"hgo\" in its \"material\", or these left out");
-    if (!reading.values.has("material")) return std::nullopt;
-    const Values material = reading.values.object("material");
-    const bool given = material.has("fibre1") || material.has("fibre2") || material.has("fibre_axis");
-    if (body.fibre_course != FibreCourse::Given && !body.hollow)
-        return fail_at(reading.context, material, "fibre_course", "found fibres round a vessel of a body that is not hollow; expected \"hollow\": true, or \"given\"");
-    if (body.fibre_course != FibreCourse::Given && (given || from_file))
-        return fail_at(reading.context, material, "fibre_course",
-                       fmt::format("found a course of fibres beside their {}; expected one of both", from_file ? "arrays" : "directions"));
-    const bool artery = !body.preset.empty() && body.material.law == fem::MaterialLaw::Hgo;
-    if (artery && body.hollow && !given && !from_file && !material.has("fibre_course")) body.fibre_course = FibreCourse::Centreline;
+    const auto& [context, values, scene] = reading;
+    const char* array = !body.coarse.fibre1_array.empty() ? "fibre1_array" : !body.coarse.fibre2_array.empty() ? "fibre2_array" : nullptr;
+    if (array != nullptr && body.material.law != fem::MaterialLaw::Hgo)
+        return fail_at(context, values.object("coarse"), array, "found an array of fibres of a tissue without; expected \"law\": \"hgo\" in its \"material\", or this left out");
+    if (!values.has("material")) return std::nullopt;
+    const Values material = values.object("material");
+    bool given = false;
+    for (const char* key : {"fibre1", "fibre2", "fibre_axis", "fibre_point"}) given |= material.has(key);
+    if (body.preset.starts_with("artery") && body.hollow && !given && array == nullptr && !material.has("fibre_course")) body.fibre_course = FibreCourse::Centreline;
+    const bool courses = body.fibre_course != FibreCourse::Given;
+    if (courses && !body.hollow)
+        return fail_at(context, material, "fibre_course", "found fibres round a vessel of a body that is not hollow; expected \"hollow\": true, or \"given\"");
+    if (courses && array != nullptr) return fail_at(context, material, "fibre_course", fmt::format("found a course of fibres beside {}; expected one of both", array));
+    for (const char* key : {"fibre1", "fibre2", "fibre_axis", "fibre_point"})
+        if (material.has(key) && (courses || array != nullptr))
+            return fail_at(context, material, key, fmt::format("unused key: fibres lie by {}; expected one of both", courses ? "fibre_course" : array));
+    if (material.has("fibre_angle") && (array != nullptr || body.fibre_course == FibreCourse::Radial))
+        return fail_at(context, material, "fibre_angle", fmt::format("unused key: fibres lie by {}; expected this left out", array != nullptr ? array : "fibre_course \"radial\""));
     return std::nullopt;
 }
 

@@ -132,38 +132,39 @@ Result<void> check_fibres(const TetMesh& mesh, std::span<const FibreAxes> fibres
     return {};
 }
 
-/// The line that several, with weights, lie along: a fibre has no sense of direction.
-class MeanLine {
-public:
-    void add(const double* axis, double weight) {
-        const Vec3 direction(axis[0], axis[1], axis[2]);
-        if (sum_.isZero(0.0)) first_ = direction;
-        sum_ += (direction.dot(sum_.isZero(0.0) ? first_ : sum_) < 0.0 ? -weight : weight) * direction;
+/// A tet's fibres are those of its centre, a patch's those of its tets' mean centre.
+FibreAxes fibres_of_centre(const TissueModel& model, std::size_t first, std::size_t group, std::size_t lane) {
+    const ForcePlan& plan = model.plan;
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t b = first; b < first + group; ++b)
+        centre += (plan.patched() ? plan.shares[b].share[lane] : 1.0) * centre_of_tet(model, plan.tet_of[b * kBatch + lane]);
+    return find_fibres(model.material, centre);
+}
+
+/// Of given ones the line that those of its tets lie along most, since a fibre has no sense of direction: sum V a a^T stretches it most.
+FibreAxes mean_fibres(const ForcePlan& plan, std::span<const FibreAxes> given, std::size_t first, std::size_t group, std::size_t lane) {
+    if (group == 1) return given[plan.tet_of[first * kBatch + lane]];
+    FibreAxes mean;
+    for (std::size_t family = 0; family < 2; ++family) {
+        Mat3 sum = Mat3::Zero();
+        for (std::size_t b = first; b < first + group; ++b) {
+            const double* axis = given[plan.tet_of[b * kBatch + lane]].axis + 3 * family;
+            const Vec3 a(axis[0], axis[1], axis[2]);
+            sum += plan.shares[b].share[lane] * a * a.transpose();
+        }
+        const Vec3 line = Eigen::SelfAdjointEigenSolver<Mat3>(sum).eigenvectors().col(2);
+        for (int i = 0; i < 3; ++i) mean.axis[3 * family + static_cast<std::size_t>(i)] = line[i];
     }
-    [[nodiscard]] Vec3 direction() const { return sum_.norm() > 1e-9 ? Vec3(sum_.normalized()) : first_; }
+    return mean;
+}
 
-private:
-    Vec3 sum_ = Vec3::Zero(), first_ = Vec3::UnitX();
-};
-
-/// A tet's fibres are those of its centre, a patch's those of its tets' mean centre; given ones the mean of those of its tets.
 void add_fibres(TissueModel& model, std::span<const FibreAxes> given) {
     ForcePlan& plan = model.plan;
     plan.fibres.resize(plan.batches.size());
     const std::size_t group = plan.patched() ? kPatch : 1;
     for (std::size_t first = 0; first < plan.batches.size(); first += group)
         for (std::size_t lane = 0; lane < kBatch; ++lane) {
-            Vec3 centre = Vec3::Zero();
-            MeanLine lines[2];
-            for (std::size_t b = first; b < first + group; ++b) {
-                const double share = plan.patched() ? plan.shares[b].share[lane] : 1.0;
-                const Index tet = plan.tet_of[b * kBatch + lane];
-                centre += share * centre_of_tet(model, tet);
-                for (std::size_t family = 0; family < 2 && !given.empty() && share > 0.0; ++family) lines[family].add(given[tet].axis + 3 * family, share);
-            }
-            FibreAxes axes = find_fibres(model.material, centre);
-            if (!given.empty())
-                for (std::size_t k = 0; k < 6; ++k) axes.axis[k] = lines[k / 3].direction()[static_cast<int>(k % 3)];
+            const FibreAxes axes = given.empty() ? fibres_of_centre(model, first, group, lane) : mean_fibres(plan, given, first, group, lane);
             for (std::size_t b = first; b < first + group; ++b)
                 for (std::size_t k = 0; k < 6; ++k) plan.fibres[b].axis[k][lane] = axes.axis[k];
         }

@@ -1,5 +1,4 @@
 // Fibres that lie round a vessel's centreline, or as a file says: against their directions by hand, and what is refused.
-#include "engine/experiments/explain.hpp"
 #include "engine/io/write_mesh.hpp"
 #include "fem/mesh/bar_mesh.hpp"
 #include "fem/tissue/forces.hpp"
@@ -166,8 +165,37 @@ TEST_F(FibreField, IsRefusedByNameWhereItSaysNothing) {
     directions[3 * 5] = directions[3 * 5 + 1] = directions[3 * 5 + 2] = 0.0;
     EXPECT_THAT(error_of(bar(directions, R"(, "fibre1_array": "fibres")")), HasSubstr("has (0, 0, 0) at cell 5; expected a direction"));
     EXPECT_THAT(error_of(bar(directions, "", R"("law": "hgo", "fibre_course": "centreline")")), HasSubstr("expected \"hollow\": true"));
-    EXPECT_THAT(error_of(vessel("[[0, 0, 0, 4], [0, 0, 50, 4]]", R"("law": "hgo", "fibre_course": "centreline", "fibre_axis": [0, 0, 1])")), HasSubstr("expected one of both"));
+    EXPECT_THAT(error_of(vessel("[[0, 0, 0, 4], [0, 0, 50, 4]]", R"("law": "hgo", "fibre_course": "centreline", "fibre_axis": [0, 0, 1])")), HasSubstr("unused key: fibres lie by fibre_course"));
     EXPECT_THAT(error_of(vessel("[[0, 0, 0, 4], [0, 0, 50, 4]]", R"("law": "ogden", "fibre_course": "centreline")")), HasSubstr("fibre_course"));
+    const std::string pipe = "[[0, 0, 0, 4], [0, 0, 50, 4]]";
+    EXPECT_THAT(error_of(vessel(pipe, R"("law": "hgo", "fibre_course": "radial", "fibre_angle": 20)")), HasSubstr("unused key: fibres lie by fibre_course \"radial\""));
+    EXPECT_THAT(error_of(vessel(pipe, R"("preset": "artery_media", "fibre_course": "radial")")), HasSubstr("is not named here"));
+    std::fill(directions.begin(), directions.end(), 1.0);
+    EXPECT_THAT(error_of(bar(directions, R"(, "fibre1_array": "fibres")", R"("law": "hgo", "fibre1": [0, 1, 0])")), HasSubstr("unused key: fibres lie by fibre1_array"));
+    const TetMesh mesh = fem::make_bar_mesh({4, 3, 3}, 10.0, 0.1);
+    const std::string text = bar(directions, R"(, "fibre1_array": "fibres")");
+    const DataArray twice[] = {{"fibres", 3, directions}, {"fibres", 3, directions}};
+    ASSERT_TRUE(write_vtu(folder / "bar.vtu", mesh, {{}, twice}).ok());
+    EXPECT_THAT(error_of(text), HasSubstr(fmt::format("has {} values; expected {}", 6 * cells(), 3 * cells())));
+}
+
+TEST_F(FibreField, OfASacIsDoubtedAndHowFibresLieIsTold) {
+    const auto told = [](const std::string& text) {
+        const Result<Scene> scene = parse_scene(text, "scenes/fibres.json");
+        const Result<PreparedScene> prepared = make_prepared_scene(*scene);
+        std::string words = prepared->bodies[0].fibres;
+        for (const std::string& note : prepared->bodies[0].notes) words += "; " + note;
+        return words;
+    };
+    std::string sac = vessel("[[0, 0, 0, 4], [0, 0, 50, 4]]", R"("preset": "artery_media")");
+    const std::string branches = R"({"shape": "vessels", "triangles": 6000, "branches": [[[0, 0, 0, 4], [0, 0, 50, 4]]]})";
+    ASSERT_NE(sac.find(branches), std::string::npos);
+    sac.replace(sac.find(branches), branches.size(), R"({"shape": "sphere", "radius": 10, "subdivisions": 3})");
+    EXPECT_THAT(told(sac), HasSubstr("which chance lays in a sac"));
+    const std::string pipe = "[[0, 0, 0, 4], [0, 0, 50, 4]]";
+    EXPECT_THAT(told(vessel(pipe, R"("preset": "artery_media")")), ::testing::Not(HasSubstr("chance")));
+    EXPECT_THAT(told(vessel(pipe, R"("law": "hgo", "fibre1": [0, 3, 4])")), HasSubstr("along (0, 0.6, 0.8) and (1, 0, 0)"));
+    EXPECT_THAT(told(vessel(pipe, R"("preset": "artery_media", "law": "hgo", "fibre_point": [1, 0, 0])")), HasSubstr("round the line through (1, 0, 0) mm along (0, 0, 1), 29 degrees"));
 }
 
 } // namespace trocar::engine
