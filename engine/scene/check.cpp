@@ -95,8 +95,8 @@ private:
             const std::vector<std::string_view>& used = spec.find(other.key)->used_when;
             if (used.empty() || std::find(used.begin(), used.end(), chosen) != used.end()) continue;
             return fail(other.key_at, join_key(path, other.key),
-                        fmt::format("unused key {}: {} {} {}; the key is used where it is {}; expected it left out{}", in_quotes(other.key), spec.discriminator,
-                                    member != nullptr ? "is" : "is not named here, which means", in_quotes(chosen), fmt::join(used, " or "),
+                        fmt::format("unused key {}: {} {}; the key is used where it is {}; expected it left out{}", in_quotes(other.key), spec.discriminator,
+                                    member != nullptr ? fmt::format("is {} here", in_quotes(chosen)) : fmt::format("is not named here, which means {}", in_quotes(chosen)), fmt::join(used, " or "),
                                     member != nullptr ? "" : fmt::format(", or {} named", spec.discriminator)));
         }
         return std::nullopt;
