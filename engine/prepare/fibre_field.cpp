@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 namespace trocar::engine {
 
@@ -90,7 +91,7 @@ Nearest find_nearest(const CentrelineTree& tree, const Vec3& place) {
 /// Of a lumen's width: a shorter centreline is a sac's.
 constexpr double kLeastLength = 1.5;
 
-std::string angle_words(const fem::Material& m) { return fmt::format("{:.4g} degrees from the circumference either way", m.fibre_angle * 180.0 / 3.14159265358979323846); }
+std::string angle_words(const fem::Material& m) { return fmt::format("{:.4g} degrees from the circumference either way", m.fibre_angle * 180.0 / std::numbers::pi); }
 
 Result<FibreField> wind_field(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const TriMesh& surface) {
     const std::string key = "bodies." + body.name;
