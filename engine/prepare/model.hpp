@@ -18,6 +18,7 @@
 #include "spheretree/update/deforming_tree.hpp"
 #include "spheretree/lumen/lumen_tree.hpp"
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -112,6 +113,8 @@ struct InstrumentModel {
     std::optional<std::size_t> wire;   // instrument that runs in its own bore, on one axis with it
     std::optional<std::size_t> loose_wire; // the same with play
     bool self_contact = false;         // meets itself, where the scene has that effect: an implicit rod alone
+    bool detachable = false;           // its drive may push it wholly out of its port
+    std::vector<std::size_t> waits_for; // detachable instruments before it in the same port: it stays in there until they are out
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
     Vec3 tip_force = Vec3::Zero();     // N, with the effect loads
@@ -127,6 +130,12 @@ struct InstrumentModel {
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
     collision::SurfaceTopology topology; // of the skin
 };
+
+/// m; how far its drive pushes it out at most: drive commands are multiples of 2^-40 m.
+[[nodiscard]] inline double longest_insertion(const InstrumentModel& instrument) noexcept {
+    const fem::RodModel& rod = instrument.rod;
+    return instrument.detachable ? std::floor(rod.design.length * 0x1p40) * 0x1p-40 : rod.design.length - 2.0 * rod.segment;
+}
 
 /// On one axis with the instrument in whose bore it runs: whatever is done to that one is done to it.
 [[nodiscard]] inline bool shares_axis(const InstrumentModel& instrument) noexcept { return instrument.inside && !(instrument.play > 0.0); }

@@ -72,6 +72,20 @@ TipHold make_tip_hold(const TipClamp& clamp) {
     return hold;
 }
 
+/// Detachable instruments before it that enter where it does: it comes out of the port after them.
+Result<void> find_whom_it_waits_for(const Scene& scene, const SceneInstrument& spec, std::span<const InstrumentModel> before, InstrumentModel& model) {
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        const double apart = std::sqrt((before[i].port.position - model.port.position).squaredNorm());
+        if (!before[i].detachable || before[i].lumen != model.lumen || !(apart < before[i].rod.design.radius + model.rod.design.radius)) continue;
+        model.waits_for.push_back(i);
+        if (model.inserted > 0.0)
+            return scene_error(scene, "instruments." + spec.name + (spec.path.empty() ? ".inserted" : ".path"),
+                               fmt::format("found {:.4g} mm at the start, where {} is still in the same port; expected 0: it comes out after that one",
+                                           1e3 * model.inserted, before[i].name));
+    }
+    return {};
+}
+
 Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, PatientShelf& shelf,
                                 PreparedScene& prepared) {
     const std::string key = "instruments." + spec.name;
@@ -102,6 +116,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
             outer.wire = prepared.model.instruments.size(), outer.self_contact = false;
     }
     model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && !shares_axis(model) && !spec.tip_clamp; // unless a wire shares its axis
+    model.detachable = spec.detachable;
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
     if (spec.tip_load && scene.effects.loads)
@@ -111,6 +126,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
     if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;
     model.chain = spheretree::make_chain_tree(kLinksPerSegment * (model.rod.node_count() - 1) + 1);
+    if (const Result<void> waits = find_whom_it_waits_for(scene, spec, prepared.model.instruments, model); !waits.ok()) return waits;
     const Result<void> entered = check_entry(scene, spec, model, prepared.model.bodies[model.lumen]);
     if (!entered.ok()) return entered;
     if (spec.follow) {
@@ -176,7 +192,9 @@ void note_bounds(const Scene& scene, PreparedScene& prepared) {
                                     1e3 * scene.contact.exact_distance, 1e3 * contact.exact_distance, kLargestDistanceShare,
                                     1e3 * contact.clearance));
     for (const InstrumentModel& instrument : instruments) {
-        const double bound = instrument.rod.design.length - 2.0 * instrument.rod.segment; // apply_drive_commands goes no farther
+        for (const std::size_t i : instrument.waits_for)
+            prepared.bodies[instrument.lumen].notes.push_back(fmt::format("{} waits in the port until {} is wholly out of it", instrument.name, instruments[i].name));
+        const double bound = longest_insertion(instrument); // apply_drive_commands goes no farther
         double asked = instrument.inserted;
         for (const DriveRow& row : instrument.path) asked = std::max(asked, row.insertion);
         if (asked > bound * (1.0 + kRoundingOfUnits))

@@ -189,6 +189,9 @@ struct InstrumentKeys {
                                          "Coulomb's mu against every wall.")),
             key(s.self_contact, flag_field("self_contact", "Whether the rod touches itself, where the scene has that effect. One that shares its axis "
                                                            "with another, and a mass-spring chain, do not.")),
+            key(s.detachable, flag_field("detachable", "Its drive may push it wholly out of its port, as a coil: from then on nothing holds it, and its drive commands "
+                                                       "do nothing. An instrument below it that enters at the same place waits in the port until then. A rod "
+                                                       "in no bore and with no wire in its own; it twists, whatever the effects.")),
             key(s.min_bend_radius, number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
                                                 "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")),
             key(rod.segment, number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},

@@ -112,6 +112,8 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
                        refuse_unknown("instrument above this one (a catheter stands before the wire in it)", name, known));
     if (const std::string problem = refuse_pair(scene, scene.instruments[outer], instrument, context.units); !problem.empty())
         return fail_at(context, values, "inside", problem);
+    if (scene.instruments[outer].detachable)
+        return fail_at(context, values, "inside", fmt::format("found {}, which is detachable; expected one that stays in its port", name));
     if (scene.instruments[outer].tip_clamp)
         return fail_at(context, values, "inside", fmt::format("found {}, whose tip is clamped; expected one without tip_clamp", name));
     if (values.has("play") && instrument.play && !(scene.instruments[outer].inner_radius > 0.0))
@@ -155,6 +157,8 @@ std::optional<Error> read_script(const CheckContext& context, const Values& valu
 
 static std::optional<Error> check_tip(const Reading& reading, const SceneInstrument& instrument) {
     const auto& [context, values, scene] = reading;
+    if (instrument.detachable && (instrument.kind != InstrumentKind::Rod || values.has("inside") || instrument.tip_clamp))
+        return fail_at(context, values, "detachable", "found true for a rod in a bore or with a clamped tip, or a mass-spring chain; expected kind \"rod\", not inside another, its tip free");
     if (instrument.tip_load) {
         const Values load = values.object("tip_load");
         if (!load.has("force") && !load.has("torque"))

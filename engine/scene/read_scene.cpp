@@ -88,11 +88,12 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
                     "\"fixed\" region");
 }
 
-/// A chain of masses and springs has no angles. A pigtail and a curve always have them: a coil without torsion finds no equilibrium.
+/// A chain of masses and springs has no angles. A pigtail and a curve always have them, and what may leave its port: a coil without torsion finds
+/// no equilibrium.
 std::optional<Error> check_twist(const CheckContext& context, const Values& root, Scene& scene) {
     for (SceneInstrument& instrument : scene.instruments) {
         const bool coil = fem::always_twists(instrument.design.tip);
-        instrument.design.torsion = scene.effects.twist || coil;
+        instrument.design.torsion = scene.effects.twist || coil || instrument.detachable;
         if (instrument.kind != InstrumentKind::MassSpring) continue;
         if (coil)
             return error_at(context, context.positions.find("instruments." + instrument.name)->second, "instruments." + instrument.name,

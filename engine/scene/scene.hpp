@@ -234,6 +234,7 @@ struct SceneInstrument {
     double inner_radius = 0.0;     // m, of the bore; 0: solid
     std::vector<TubeLayer> layers; // from the inside out; empty: one material
     bool self_contact = true;           // with that effect
+    bool detachable = false;            // its drive may push it wholly out of its port: then nothing holds it
     double friction = 0.05;             // Coulomb mu against every wall, with the effect friction
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at

@@ -76,6 +76,7 @@ std::uint64_t hash_state(const State& state) noexcept {
         hash.add(instrument.rod.rotation);
         for (const double angle : instrument.rod.angle) hash.add(angle);
         for (const double spin : instrument.rod.spin) hash.add(spin);
+        if (!instrument.rod.root.isZero(0.0)) hash.add(instrument.rod.root);
     }
     for (const std::vector<double>& memory : state.effects)
         for (const double value : memory) hash.add(value);

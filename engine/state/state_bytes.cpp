@@ -60,6 +60,12 @@ bool meeting_fits(const SceneModel& model, const fem::RodMeeting& meeting) {
     return inner.inside == meeting.other_rod && inner.play == meeting.play;
 }
 
+/// A unit vector where the rod has left its port, and none where it has not.
+bool root_fits(const InstrumentModel& own, const fem::RodState& rod) {
+    if (rod.root.isZero(0.0)) return true;
+    return own.detachable && is_finite(rod.root) && std::abs(rod.root.squaredNorm() - 1.0) < 1e-6 && fem::is_free(own.rod, rod.insertion);
+}
+
 bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const InstrumentState& state) {
     const std::size_t nodes = own.rod.node_count(), triangles = model.bodies[own.lumen].surface.triangles.size();
     const auto plane_fits = [&](const fem::RodPlane& p) { return plane_is_finite(p) && p.node + 1 < nodes; };
@@ -75,7 +81,7 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
                                              f.retract_from + f.turned_for + f.missing);
     return state.rod.position.size() == nodes && state.rod.velocity.size() == nodes && state.skin.size() == own.skin.vertex_count() &&
            are_finite(state.rod.position) && are_finite(state.rod.velocity) && are_finite(state.skin) && state.rod.insertion >= 0.0 &&
-           state.rod.insertion <= own.rod.design.length && std::isfinite(state.rod.rotation) && f.mode <= FollowMode::Arrived &&
+           state.rod.insertion <= own.rod.design.length && std::isfinite(state.rod.rotation) && root_fits(own, state.rod) && f.mode <= FollowMode::Arrived &&
            follow_finite && is_none_or(state.route.points.size(), own.route ? own.route->points.size() : 0) &&
            are_finite(state.route.points) &&
            is_none_or(state.route_frames.frame.size(), own.route_links ? own.route_links->frame_count() : 0) &&

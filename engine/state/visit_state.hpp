@@ -71,9 +71,10 @@ template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
     auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, self_planes, exact_candidates] =
         instrument;
-    auto& [position, velocity, insertion, rotation, angle, spin] = rod;
+    auto& [position, velocity, insertion, rotation, angle, spin, root] = rod;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
     visit_numbers(visitor, insertion, rotation);
+    visitor.vector(root);
     for (auto* values : {&angle, &spin}) visitor.list(*values, [&](auto& value) { visitor.number(value); });
     visit_follow(visitor, follow);
     visit_numbers(visitor, drive_stopped, kept_inside, exact_candidates);

@@ -69,7 +69,7 @@ TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, is_free_space, closed, 
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)
 TROCAR_MEMBERS(TipHold, slides, spins, rotation, moves, turns, point, axis)
-TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, play, wire, loose_wire, self_contact, friction, inserted, tip_force, tip_torque, tip_over, tip_hold, limits, path,
+TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, play, wire, loose_wire, self_contact, detachable, waits_for, friction, inserted, tip_force, tip_torque, tip_over, tip_hold, limits, path,
                route, route_links, follow, flow_entry, chain, topology)
 TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, instrument_contact, loads, exact_contact, gravity, breathing, pulse, blood_drag, added)
 TROCAR_MEMBERS(AddedEffect, effect, settings)

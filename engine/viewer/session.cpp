@@ -235,7 +235,7 @@ void Session::follow_drive_command() {
     DriveCommand wanted = limit_command(drive_position_, wanted_drive_command(), instrument.limits, dt);
     wanted.insertion = std::clamp(wanted.insertion, rod.insertion - reach, rod.insertion + reach);
     wanted.rotation = std::clamp(wanted.rotation, rod.rotation - turn, rod.rotation + turn);
-    wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+    wanted.insertion = std::clamp(wanted.insertion, 0.0, longest_insertion(instrument));
     drive_position_ = recording_->add(simulator_->state().time + dt, wanted);
     inputs_.drive[0] = drive_position_;
 }

@@ -31,6 +31,9 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
 /// First node that has passed the port; node_count where none has.
 [[nodiscard]] Index first_inserted_node(const RodModel& model, double insertion) noexcept;
 
+/// Is all of it beyond the port? Then nothing holds it there.
+[[nodiscard]] inline bool is_free(const RodModel& model, double insertion) noexcept { return first_inserted_node(model, insertion) == 0; }
+
 /// Arc length from the port of a place between nodes, at rest, m; negative behind it.
 [[nodiscard]] inline double arc_of(const RodModel& model, double insertion, double place) noexcept {
     return insertion - (static_cast<double>(model.node_count() - 1) - place) * model.segment;

@@ -1,6 +1,7 @@
 #include "fem/rod/rod_frames.hpp"
 
 #include "base/trig.hpp"
+#include "fem/rod/rod.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,9 +39,29 @@ Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept
     return carry_axis(room > 1e-6 ? Vec3(axis - axis.dot(to) / room * (from + to)) : axis, to); // and no drift by rounding
 }
 
+FrameStart frame_start(const RodState& state, const RodPort& port) noexcept {
+    if (state.root.isZero(0.0)) return {port.direction, perpendicular_axis(port.direction)};
+    const Vec3 tangent = rod_tangent(state.position, 0, port.direction);
+    return {tangent, carry_axis(state.root, tangent)};
+}
+
+void free_frames(const RodPort& port, RodState& state) noexcept {
+    const FrameStart start = frame_start(state, port);
+    state.root = transport_axis(start.axis, start.direction, rod_tangent(state.position, 0, port.direction));
+}
+
+void move_root(const RodModel& model, const RodState& from, RodState& state) noexcept {
+    if (from.root.isZero(0.0) || !is_free(model, state.insertion)) {
+        state.root.setZero();
+        return;
+    }
+    const Vec3 before = rod_tangent(from.position, 0, Vec3::UnitZ()), now = rod_tangent(state.position, 0, before);
+    state.root = transport_axis(from.root, before, now);
+}
+
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
     if (!state.angle.empty()) {
-        carry_along(state.position, port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& m, const Vec3&) {
+        carry_along(state.position, frame_start(state, port), [&](std::size_t i, const Vec3& tangent, const Vec3& m, const Vec3&) {
             const SinCos here = sin_cos(state.angle[i]);
             axis[i] = here.cos * m + here.sin * tangent.cross(m);
         });

@@ -11,6 +11,19 @@ namespace trocar::fem {
 /// torsion turned by the node's own angle instead.
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept;
 
+/// Where the frames begin: at the port, or at the first segment of a rod that has left it.
+struct FrameStart {
+    Vec3 direction, axis; // unit, at right angles
+};
+[[nodiscard]] FrameStart frame_start(const RodState& state, const RodPort& port) noexcept;
+
+/// A rod with torsion that has just left its port: its frames go on from the first segment as they were.
+void free_frames(const RodPort& port, RodState& state) noexcept;
+
+/// Of a rod that was at `from` and whose positions and insertion are now others: its frames begin where those of `from` come to by its first
+/// segment's turn; at the port again where it is not wholly out.
+void move_root(const RodModel& model, const RodState& from, RodState& state) noexcept;
+
 /// Unit chord of node i's neighbours; `fallback` where they coincide.
 [[nodiscard]] Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept;
 
@@ -26,14 +39,14 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
 /// Any unit vector at right angles to `direction`, the same for the same input on every machine.
 [[nodiscard]] Vec3 perpendicular_axis(const Vec3& direction) noexcept;
 
-/// The port's reference axis carried along the rod without twist, over its nodes and the segments between them: what it has turned by at a
-/// node is what bending has twisted the segments by. Calls at(node, tangent, axis, edge); edge:
+/// The reference axis where the frames begin carried along the rod without twist, over its nodes and the segments between them: what it has
+/// turned by at a node is what bending has twisted the segments by. Calls at(node, tangent, axis, edge); edge:
 /// the direction of the segment after the node, of the last one its tangent.
 template <class At>
-void carry_along(std::span<const Vec3> position, const Vec3& direction, At&& at) noexcept {
-    Vec3 axis = perpendicular_axis(direction), last = direction;
+void carry_along(std::span<const Vec3> position, const FrameStart& start, At&& at) noexcept {
+    Vec3 axis = start.axis, last = start.direction;
     for (std::size_t i = 0; i < position.size(); ++i) {
-        const Vec3 tangent = rod_tangent(position, i, direction);
+        const Vec3 tangent = rod_tangent(position, i, start.direction);
         axis = transport_axis(axis, last, tangent);
         last = i + 1 < position.size() ? rod_edge(position, i, tangent) : tangent;
         at(i, tangent, axis, last);

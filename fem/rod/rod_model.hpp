@@ -55,6 +55,7 @@ struct RodState {
     double rotation = 0.0;      // rad of the handle about the rod's axis
     std::vector<double> angle;  // [node_count] rad of the material from the frame carried without twist; empty without torsion
     std::vector<double> spin;   // [node_count] rad/s, its rate
+    Vec3 root = Vec3::Zero();   // unit, across the first segment of a rod with torsion that has left its port: its frames begin there; zero: at the port
 };
 
 /// Where the rod enters: nodes that have not passed the port lie on the straight line behind it.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fem/rod/rod.hpp"
+#include "fem/rod/rod_frames.hpp"
 #include "fem/rod/rod_parts.hpp"
 #include "fem/rod/rod_twist.hpp"
 
@@ -39,9 +40,12 @@ public:
         dt_ = (stage == 0 ? kStage : 1.0 - kStage) * step_ / substeps_;
         const double fraction = (static_cast<double>(k / 2) + (stage == 0 ? kStage : 1.0)) / substeps_;
         const double before = (static_cast<double>(k / 2) + (stage == 0 ? 0.0 : kStage)) / substeps_;
-        state_->insertion = insertion_t0_ + fraction * (drive_->insertion - insertion_t0_);
-        state_->rotation = rotation_t0_ + fraction * (drive_->rotation - rotation_t0_);
+        if (state_->root.isZero(0.0)) { // else it has left the port: the drive has no hold of it
+            state_->insertion = insertion_t0_ + fraction * (drive_->insertion - insertion_t0_);
+            state_->rotation = rotation_t0_ + fraction * (drive_->rotation - rotation_t0_);
+        }
         first_ = first_inserted_node(*model_, state_->insertion);
+        if (first_ == 0 && twists() && state_->root.isZero(0.0)) free_frames(drive_->port, *state_);
         twist_.emplace(*model_, *state_, *drive_, dt_, first_, *work_);
         if (twists())
             twist_->begin();
@@ -65,6 +69,7 @@ public:
         if (!settled) hold_back(energy);
         before_ = first_;
         if (!twists()) return;
+        if (first_ == 0) carry_root();
         twist_->end();
         report.twist_j = twist_->energy();
     }
@@ -72,6 +77,11 @@ public:
     void finish(RodReport& report) const noexcept { add_energies(*model_, *state_, first_, share(), *work_, report); }
 
 private:
+    /// Of a rod that has left its port: where its frames begin goes along with its first segment.
+    void carry_root() noexcept {
+        state_->root = transport_axis(state_->root, work_->tangent[0], rod_tangent(state_->position, 0, work_->tangent[0]));
+    }
+
     /// What a stage counts motion from.
     void count_from(int stage) noexcept {
         RodWorkspace& work = *work_;

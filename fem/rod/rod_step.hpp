@@ -136,8 +136,8 @@ protected:
             torque = -twist_->torque_behind(first_);
             for (const RodPlane& plane : contact_.planes())
                 if (!moves(plane.node)) torque -= (1.0 - plane.weight) * contact_.roll(plane).dot(plane.drag);
-        } else {
-            for (std::size_t i = std::max<std::size_t>(first_, 1); i + 1 < model_.node_count(); ++i) {
+        } else if (first_ > 0) { // else none holds it
+            for (std::size_t i = first_; i + 1 < model_.node_count(); ++i) {
                 const double share = bend_share(i);
                 const std::array<double, 3> w = bend_stencil(model_, i);
                 torque -= model_.bending_of(i) * unit_change(i, w).dot(work_.tangent[i].cross(work_.rest_bend[i])) / share * share;

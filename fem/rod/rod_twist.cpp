@@ -43,7 +43,7 @@ double RodTwist::stiffness(std::size_t i) const noexcept {
 }
 
 void RodTwist::carry_frames() noexcept {
-    carry_along(state_.position, drive_.port.direction, [&](std::size_t i, const Vec3& tangent, const Vec3& axis, const Vec3& edge) {
+    carry_along(state_.position, frame_start(state_, drive_.port), [&](std::size_t i, const Vec3& tangent, const Vec3& axis, const Vec3& edge) {
         work_.tangent[i] = tangent;
         work_.axis[i] = axis;
         work_.edge[i] = edge;

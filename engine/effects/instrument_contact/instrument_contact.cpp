@@ -33,11 +33,11 @@ Result<void> check_ports(const EffectPreparation& preparation) {
             if (!meets_instruments(one) || !meets_instruments(other) || one.lumen != other.lumen || other.inside == a) continue;
             const double apart = std::sqrt((one.port.position - other.port.position).squaredNorm());
             const double radii = one.rod.design.radius + other.rod.design.radius;
-            if (apart >= radii) continue;
+            if (apart >= radii || std::find(other.waits_for.begin(), other.waits_for.end(), a) != other.waits_for.end()) continue;
             return scene_error(preparation.scene, "instruments." + other.name + ".entry",
                                fmt::format("with the effect \"instrument_contact\", {} enters {:.4g} mm from where {} does; expected at least {:.4g} mm, the "
-                                           "sum of their radii: side by side",
-                                           other.name, 1e3 * apart, one.name, 1e3 * radii));
+                                           "sum of their radii: side by side; or {} \"detachable\", and {} comes out after it",
+                                           other.name, 1e3 * apart, one.name, 1e3 * radii, one.name, other.name));
         }
     return {};
 }

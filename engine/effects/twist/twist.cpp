@@ -4,9 +4,9 @@
 
 namespace trocar::engine::effects {
 
-/// Has torsion because the scene asks for it; a pigtail or a curve has it in any case.
+/// Has torsion because the scene asks for it; a pigtail, a curve and what is detachable have it in any case.
 static bool twists_by_effect(const InstrumentModel& instrument) noexcept {
-    return instrument.rod.design.torsion && !fem::always_twists(instrument.rod.design.tip);
+    return instrument.rod.design.torsion && !fem::always_twists(instrument.rod.design.tip) && !instrument.detachable;
 }
 
 /// The same rod, without angles.
