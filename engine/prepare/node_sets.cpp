@@ -28,7 +28,7 @@ bool in_region(const FixedRegion& region, const Vec3& p, double least, double mo
     case RegionKind::Direction:
         break;
     }
-    return region.direction.dot(p) >= most - region.fraction * (most - least);
+    return region.fraction >= 1.0 || region.direction.dot(p) >= most - region.fraction * (most - least); // all is all, rounded or not
 }
 
 bool is_on_faces(LoadKind kind) { return kind == LoadKind::Traction || kind == LoadKind::Pressure; }

@@ -244,6 +244,9 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
+    for (std::size_t i = 0; i < body.fixed.size() && body.fixed.size() > 1; ++i)
+        if (find_region_nodes(body.fixed[i].region, mesh->vertices).empty())
+            prepared.notices.push_back(fmt::format("{}.fixed[{}] holds nothing: no node of the coarse mesh lies in it", key, i));
     if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
     const auto sheet = is_wall(body) ? static_cast<Index>(mesh->vertices.size() / (body.coarse.layers + 1)) : 0;
     const Result<FibreField> fibres = make_fibre_field(scene, body, *mesh, beside, model.surface);

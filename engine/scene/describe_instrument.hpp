@@ -100,8 +100,8 @@ struct TipLoadKeys {
                          key(s.torque, number_field("torque", Dimension::Torque, between(-10.0, 10.0),
                                                     "About the tip's own axis, with which it turns; needs the effect twist.")),
                          custom_key(value_field("over", rows_over_time({"factor", Dimension::None, between(-1e6, 1e6)}),
-                                                "Factor over time, linear between rows, held before the first and after the last; 1 when "
-                                                "absent."),
+                                                "Factor over time, linear between rows, held before the first and after the last; a step takes that of its "
+                                                "end. 1 when absent."),
                                     read_over, s.over));
     }
 };

@@ -231,6 +231,22 @@ std::optional<Error> read_fibre_course(const Reading& reading, SceneBody& body) 
     return std::nullopt;
 }
 
+/// A branch of relaxation has a share and a time.
+std::optional<Error> check_branches(const Reading& reading, const SceneBody& body) {
+    if (!reading.values.has("material")) return std::nullopt;
+    const Values material = reading.values.object("material");
+    const fem::Material& m = body.material;
+    const double share[] = {m.g1, m.g2, m.g3}, time[] = {m.tau1, m.tau2, m.tau3};
+    for (int k = 0; k < 3; ++k) {
+        const std::string g = fmt::format("g{}", k + 1), tau = fmt::format("tau{}", k + 1);
+        if (share[k] > 0.0 && !(time[k] > 0.0) && (material.has(g) || material.has(tau)))
+            return fail_at(reading.context, material, material.has(tau) ? tau : g, fmt::format("{} is {:g} and {} is 0; expected {} above 0 s", g, share[k], tau, tau));
+        if (material.has(tau) && !(share[k] > 0.0))
+            return fail_at(reading.context, material, tau, fmt::format("unused key: {} is 0 here; expected {} above 0 or this left out", g, g));
+    }
+    return std::nullopt;
+}
+
 std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
     if (reading.values.has("material")) {
         const Values material = reading.values.object("material");
@@ -245,6 +261,7 @@ std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
                        "found a sphere tree for a hollow body, whose spheres are those inscribed in its lumen; expected this left out, or \"hollow\" "
                        "left out");
     if (auto error = check_wall(reading, body)) return error;
+    if (auto error = check_branches(reading, body)) return error;
     if (auto error = read_fibre_course(reading, body)) return error;
     if (!reading.values.has("blend") || reading.values.has("embedded_in")) return std::nullopt;
     return fail_at(reading.context, reading.values, "blend",

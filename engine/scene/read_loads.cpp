@@ -58,7 +58,11 @@ std::optional<Error> read_load(const Reading& reading, const JsonNode& node, Loa
         return read_keys<AccelerationLoadKeys>(reading, load);
     }
     load.kind = LoadKind::Spring;
-    return read_keys<SpringLoadKeys>(reading, load);
+    if (auto error = read_keys<SpringLoadKeys>(reading, load)) return error;
+    for (const LoadRow& row : load.over)
+        if (row.value < 0.0)
+            return fail_at(reading.context, reading.values, "over", fmt::format("found the factor {:g} of a spring; expected 0 or more: one below would push away", row.value));
+    return std::nullopt;
 }
 
 } // namespace

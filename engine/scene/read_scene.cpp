@@ -68,6 +68,10 @@ void question_effects(const Scene& scene, CheckContext& context) {
             context.questions.push_back(fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
         if (!body.loads.empty() && !effects.loads)
             context.questions.push_back(fmt::format("bodies.{}.loads: are there, but the effect loads is off", body.name));
+        const bool thrown = !body.velocity.isZero(0.0) || !body.spin.isZero(0.0), loaded = !body.loads.empty() && effects.loads;
+        if (body.kind == BodyKind::Deformable && !effects.elasticity && (thrown || loaded))
+            context.questions.push_back(fmt::format("bodies.{}.{}: {} there, but without the effect elasticity no body moves", body.name,
+                                                    loaded ? "loads" : body.velocity.isZero(0.0) ? "spin" : "velocity", loaded ? "are" : "is"));
         if (body.kind == BodyKind::Deformable && body.fixed.empty() && effects.gravity && scene.bodies.size() == 1)
             context.questions.push_back(fmt::format("bodies.{}: nothing holds it against gravity", body.name));
     }

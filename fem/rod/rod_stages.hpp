@@ -77,7 +77,7 @@ public:
     void finish(RodReport& report) const noexcept { add_energies(*model_, *state_, first_, share(), *work_, report); }
 
 private:
-    /// Of a rod that has left its port: where its frames begin goes along with its first segment.
+    /// Of a rod that has left its port: where its frames begin follows its first segment.
     void carry_root() noexcept {
         state_->root = transport_axis(state_->root, work_->tangent[0], rod_tangent(state_->position, 0, work_->tangent[0]));
     }

@@ -7,6 +7,7 @@
 #include "fem/tissue/integrate.hpp"
 #include "step_fixture.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -28,6 +29,7 @@ std::string cube_scene(const std::string& more, const std::string& effects = R"(
                        nu, more, effects);
 }
 
+constexpr const char* kThrown = R"("velocity": [1, 0, 0])";
 constexpr const char* kHeldBelow = R"("fixed": [{"direction": [0, 0, -1], "fraction": 0.1}])";
 
 Simulator run(const PreparedScene& prepared, int steps) {
@@ -312,6 +314,35 @@ TEST(Presets, AreMaterialsThatPassTheirChecks) {
         EXPECT_TRUE(fem::check_material(*material).ok()) << name;
     }
     EXPECT_FALSE(find_preset("stone"));
+}
+
+/// Whatever the direction, and however its extent is rounded.
+TEST(NodeSets, AFractionOfOneIsTheWholeBody) {
+    test::Random random(26);
+    for (int k = 0; k < 40; ++k) {
+        const Vec3 d = random.direction();
+        const PreparedScene prepared = test::prepare(cube_scene(fmt::format(R"("fixed": [{{"direction": [{:.17g}, {:.17g}, {:.17g}], "fraction": 1}}])", d.x(), d.y(), d.z())));
+        ASSERT_EQ(prepared.model.bodies.size(), 1u);
+        const std::vector<double>& inverse = prepared.model.bodies[0].tissue->inv_mass;
+        EXPECT_EQ(std::count(inverse.begin(), inverse.end(), 0.0), static_cast<std::ptrdiff_t>(inverse.size())) << d.transpose();
+    }
+}
+
+TEST(NodeSets, ARegionThatHoldsNothingBesideOthersIsSaid) {
+    const PreparedScene prepared =
+        test::prepare(cube_scene(R"("fixed": [{"direction": [0, 0, -1], "fraction": 0.1}, {"sphere": {"centre": [500, 0, 0], "radius": 1}}])"));
+    ASSERT_EQ(prepared.notices.size(), 1u);
+    EXPECT_NE(prepared.notices[0].find("bodies.cube.fixed[1] holds nothing"), std::string::npos) << prepared.notices[0];
+}
+
+TEST(Loads, OfABodyThatCannotMoveAreSaid) {
+    for (const std::string& what : {std::string(R"("loads": [{"force": [0, 0, 1]}])"), std::string(kThrown)}) {
+        const Result<Scene> scene = parse_scene(cube_scene(what, R"("loads")"), "scenes/step.json");
+        ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+        EXPECT_TRUE(std::any_of(scene->questions.begin(), scene->questions.end(),
+                                [](const std::string& q) { return q.find("without the effect elasticity no body moves") != std::string::npos; }))
+            << what;
+    }
 }
 
 } // namespace trocar::engine

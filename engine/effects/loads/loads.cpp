@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace trocar::engine::effects {
 
 static void push_faces(const BodyLoad& load, double factor, std::vector<Vec3>& force) {
@@ -87,7 +89,9 @@ const EffectDescriptor loads{
     .explain = [](const Scene& scene, const SceneModel& model) -> EffectLine {
         if (!scene.effects.loads) return {false, listed(false, {})};
         const std::size_t count = count_loads(model);
-        return {count > 0, count > 0 ? fmt::format("{} of them", count) : "no body and no instrument has any"};
+        if (count > 0) return {true, fmt::format("{} of them", count)};
+        const bool still = std::any_of(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return !body.loads.empty(); });
+        return {false, still ? "without the effect elasticity no body moves" : "no body and no instrument has any"};
     },
     .scale =
         [](EffectSet& live, double share) {

@@ -55,6 +55,10 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
     return done;
 }
 
+bool has_springs(const BodyModel& body) noexcept {
+    return std::any_of(body.loads.begin(), body.loads.end(), [](const BodyLoad& load) { return load.kind == LoadKind::Spring; });
+}
+
 /// Empty while all went well.
 std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
     const fem::IntegrateReport& end = done.integrate;
@@ -63,8 +67,9 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
         return fmt::format("{}: {}the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
                            done.instead ? "an implicit step does not converge, and of explicit ones " : "", done.tightest.step, model.max_substeps, model.step_s,
                            by_contact
-                               ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
-                                             "contact.solid_stiffness), or a coarser coarse mesh")
+                               ? std::string(has_springs(body) ? "a spring of its loads, or what presses on it, is stiffer than its tetrahedra. Softer springs (loads), softer contact "
+                                                                 "(contact.wall_stiffness), or a coarser coarse mesh"
+                                                               : "what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness), or a coarser coarse mesh")
                                : fmt::format("its tetrahedron {} is the stiffest, at a smallest volume of {:.3g} of rest. Fewer coarse "
                                              "triangles, the lattice mesher (coarse.mesher; of a wall fewer layers), or softer contact, if it is crushed",
                                              done.tightest.worst_tet, end.min_volume_ratio));
