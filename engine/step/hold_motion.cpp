@@ -25,7 +25,8 @@ void scale_rod(const InstrumentModel& instrument, double fraction, InstrumentSta
     for (Vec3& v : rod.velocity) v *= fraction;
     rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
     rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
-    if (!rod.root.isZero(0.0)) fem::move_root(instrument.rod, scratch.rod_t0, rod);
+    const bool stays_out = !scratch.rod_t0.root.isZero(0.0); // else it goes back into its port
+    if (!rod.root.isZero(0.0)) rod.root = stays_out ? fem::move_root(scratch.rod_t0, rod.position) : Vec3(Vec3::Zero());
     for (std::size_t k = 0; k < rod.angle.size(); ++k) {
         rod.angle[k] = scratch.rod_t0.angle[k] + fraction * (rod.angle[k] - scratch.rod_t0.angle[k]);
         rod.spin[k] *= fraction;

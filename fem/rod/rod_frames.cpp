@@ -1,7 +1,6 @@
 #include "fem/rod/rod_frames.hpp"
 
 #include "base/trig.hpp"
-#include "fem/rod/rod.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,13 +49,9 @@ void free_frames(const RodPort& port, RodState& state) noexcept {
     state.root = transport_axis(start.axis, start.direction, rod_tangent(state.position, 0, port.direction));
 }
 
-void move_root(const RodModel& model, const RodState& from, RodState& state) noexcept {
-    if (from.root.isZero(0.0) || !is_free(model, state.insertion)) {
-        state.root.setZero();
-        return;
-    }
-    const Vec3 before = rod_tangent(from.position, 0, Vec3::UnitZ()), now = rod_tangent(state.position, 0, before);
-    state.root = transport_axis(from.root, before, now);
+Vec3 move_root(const RodState& from, std::span<const Vec3> position) noexcept {
+    const Vec3 before = rod_tangent(from.position, 0, Vec3::UnitZ());
+    return transport_axis(from.root, before, rod_tangent(position, 0, before));
 }
 
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {

@@ -20,9 +20,8 @@ struct FrameStart {
 /// A rod with torsion that has just left its port: its frames go on from the first segment as they were.
 void free_frames(const RodPort& port, RodState& state) noexcept;
 
-/// Of a rod that was at `from` and whose positions and insertion are now others: its frames begin where those of `from` come to by its first
-/// segment's turn; at the port again where it is not wholly out.
-void move_root(const RodModel& model, const RodState& from, RodState& state) noexcept;
+/// Where the frames of a free rod begin that was at `from` and whose positions are now these: by its first segment's turn.
+[[nodiscard]] Vec3 move_root(const RodState& from, std::span<const Vec3> position) noexcept;
 
 /// Unit chord of node i's neighbours; `fallback` where they coincide.
 [[nodiscard]] Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept;

@@ -132,10 +132,9 @@ void restore_instruments(const SceneModel& model, State& state, const RodsScratc
 /// m or rad, to 1e-12: what a path writes in a scene's units comes back as the same bits, and with it the whole run.
 static double as_written(double value) noexcept { return std::nearbyint(value * 0x1p40) * 0x1p-40; }
 
-/// Where is its drive to push and turn it? One that is out of its port stays as it is; one that another is before in the port does not come out.
-static DriveCommand hold_in_port(const SceneModel& model, std::size_t index, const State& state, const DriveCommand& from, const DriveCommand& wanted) {
+/// Where is its drive to push and turn it? One that another is before in the port does not come out.
+static DriveCommand hold_in_port(const SceneModel& model, std::size_t index, const State& state, const DriveCommand& wanted) {
     const InstrumentModel& instrument = model.instruments[index];
-    if (fem::is_free(instrument.rod, from.insertion)) return from;
     const auto is_out = [&](std::size_t i) { return fem::is_free(model.instruments[i].rod, state.instruments[i].rod.insertion); };
     if (!std::all_of(instrument.waits_for.begin(), instrument.waits_for.end(), is_out)) return {0.0, wanted.rotation};
     return {std::clamp(wanted.insertion, 0.0, longest_insertion(instrument)), wanted.rotation};
@@ -158,9 +157,11 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
         else if (instrument.route)
             wanted = steer_along_route(model, i, state, rods);
-        wanted = hold_in_port(model, i, state, from, wanted);
-        scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         now.drive_stopped = false;
+        scratch.command = from;
+        if (fem::is_free(instrument.rod, from.insertion)) continue; // it has left its port: the drive has no hold of it
+        wanted = hold_in_port(model, i, state, wanted);
+        scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         const double advance = scratch.command.insertion - from.insertion;
         report.drive_limited += advance > kDriveReach || advance < -kDriveReach;
         scratch.command.insertion = as_written(from.insertion + std::clamp(advance, -kDriveReach, kDriveReach));
