@@ -1,7 +1,6 @@
 // Coils that leave their port, and what comes out of it after them: what the key "detachable" promises, whatever the budget and the step's length.
 #include "engine/state/state_bytes.hpp"
 #include "meeting_fixture.hpp"
-#include "tests/fem/rod_apart.hpp"
 
 #include <random>
 
@@ -32,17 +31,6 @@ std::string text_of(const TwoCoils& c) {
 
 bool is_out(const SceneModel& model, const State& state, std::size_t i) { return fem::is_free(model.instruments[i].rod, state.instruments[i].rod.insertion); }
 
-/// In diameters, of what has come out of the port.
-double nearest_of(const SceneModel& model, const State& state) {
-    const auto &a = state.instruments[0].rod, &b = state.instruments[1].rod;
-    const auto first = [&](std::size_t i) { return fem::first_inserted_node(model.instruments[i].rod, state.instruments[i].rod.insertion); };
-    double least = 1.0;
-    for (std::size_t i = first(0); i + 1 < a.position.size(); ++i)
-        for (std::size_t j = first(1); j + 1 < b.position.size(); ++j)
-            least = std::min(least, fem::distance_by_search(a.position[i], a.position[i + 1], b.position[j], b.position[j + 1]));
-    return least / (2.0 * model.instruments[0].rod.design.radius);
-}
-
 TEST(DetachedCoil, TheSecondWaitsForTheFirstAndNeitherPassesThroughTheOther) {
     test::Random random(41);
     std::size_t contacts = 0;
@@ -65,7 +53,7 @@ TEST(DetachedCoil, TheSecondWaitsForTheFirstAndNeitherPassesThroughTheOther) {
             } else {
                 EXPECT_NEAR(now.instruments[0].rod.insertion, 1e-3 * c.first, 1e-9);
             }
-            nearest = std::min(nearest, nearest_of(prepared.model, now));
+            nearest = std::min(nearest, test::nearest_of(prepared.model, now));
             contacts += report.instrument_contacts, exits += report.lumen_exits, scaled += report.instrument_held, ++steps;
         }
         std::printf("margin: %s, steps of %g ms: nearest %.4f diameters, %zu contacts so far, %zu of %zu steps scaled\n", budget, 1e3 * c.step, nearest, contacts,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "step_fixture.hpp"
+#include "tests/fem/rod_apart.hpp"
 
 namespace trocar::engine::test {
 
@@ -28,6 +29,17 @@ std::size_t expect_fork_and_contacts(Simulator& simulator, Thing a, Thing b, dou
         each(report);
     }
     return seen;
+}
+
+/// In sums of radii, of what has come out of the ports.
+inline double nearest_of(const SceneModel& model, const State& state) {
+    const auto &a = state.instruments[0].rod, &b = state.instruments[1].rod;
+    const auto first = [&](std::size_t i) { return fem::first_inserted_node(model.instruments[i].rod, state.instruments[i].rod.insertion); };
+    double least = 1.0;
+    for (std::size_t i = first(0); i + 1 < a.position.size(); ++i)
+        for (std::size_t j = first(1); j + 1 < b.position.size(); ++j)
+            least = std::min(least, fem::distance_by_search(a.position[i], a.position[i + 1], b.position[j], b.position[j + 1]));
+    return least / (model.instruments[0].rod.design.radius + model.instruments[1].rod.design.radius);
 }
 
 } // namespace trocar::engine::test

@@ -1,7 +1,6 @@
 // Two devices side by side in one lumen: what the effect instrument_contact promises, whatever the budget and the step's length.
 #include "engine/effects/registry.hpp"
 #include "meeting_fixture.hpp"
-#include "tests/fem/rod_apart.hpp"
 
 #include <random>
 
@@ -29,17 +28,6 @@ std::string devices_text(const TwoDevices& c) {
                        c.step, time, c.budget, device("one", c.one, -0.5 * c.apart, 5.0 + c.far), device("two", c.two, 0.5 * c.apart, 5.0 + 0.6 * c.far), c.effects);
 }
 
-/// In sums of radii, of what has come out of the ports.
-double nearest_of(const SceneModel& model, const State& state) {
-    const auto &a = state.instruments[0].rod, &b = state.instruments[1].rod;
-    const auto first = [&](std::size_t i) { return fem::first_inserted_node(model.instruments[i].rod, state.instruments[i].rod.insertion); };
-    double least = 1.0;
-    for (std::size_t i = first(0); i + 1 < a.position.size(); ++i)
-        for (std::size_t j = first(1); j + 1 < b.position.size(); ++j)
-            least = std::min(least, fem::distance_by_search(a.position[i], a.position[i + 1], b.position[j], b.position[j + 1]));
-    return least / (model.instruments[0].rod.design.radius + model.instruments[1].rod.design.radius);
-}
-
 TEST(RodsMeetScene, NoDevicePassesThroughTheOtherAtAnyBudgetAndStep) {
     std::mt19937_64 rng(31);
     const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(rng); };
@@ -57,7 +45,7 @@ TEST(RodsMeetScene, NoDevicePassesThroughTheOtherAtAnyBudgetAndStep) {
         while (simulator.state().time < c.far / c.speed - 1e-9) {
             const StepReport& report = simulator.step();
             ASSERT_TRUE(report.finite) << report.failure;
-            nearest = std::min(nearest, nearest_of(prepared.model, simulator.state()));
+            nearest = std::min(nearest, test::nearest_of(prepared.model, simulator.state()));
             contacts += report.instrument_contacts, held += report.instrument_held, exits += report.lumen_exits, ++steps;
         }
         std::printf("margin: %s, steps of %g ms: nearest %.4f sums of radii, %zu contacts so far, %zu held\n", budget, 1e3 * c.step, nearest, contacts, held);
@@ -76,7 +64,7 @@ TEST(RodsMeetScene, WithoutTheEffectTheyLieInOneAnother) {
     double nearest = 10.0;
     for (int step = 0; step < 280; ++step) {
         const StepReport& report = simulator.step();
-        nearest = std::min(nearest, nearest_of(prepared.model, simulator.state()));
+        nearest = std::min(nearest, test::nearest_of(prepared.model, simulator.state()));
         EXPECT_EQ(report.instrument_contacts, 0u);
         EXPECT_EQ(report.effects.of(effects::instrument_contact), 0u);
     }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <random>
 
@@ -106,6 +107,7 @@ TEST(RodFree, SpinsOn) {
             const Vec3 before = rod.angular_momentum();
             for (int step = 0; step < std::lround(0.1 / dt); ++step) (void)rod.step(dt);
             const double lost = (rod.angular_momentum() - before).norm() / before.norm();
+            std::printf("margin: steps of %g ms: loses %.4f of its angular momentum in 0.1 s\n", 1e3 * dt, lost);
             EXPECT_LT(lost, 0.7 * last) << k << ' ' << dt;
             last = lost;
         }
