@@ -160,8 +160,14 @@ Result<void> prepare_held(const Scene& scene, const SceneBody& body, const std::
     return {};
 }
 
+static bool acts_on_held(const BodyLoad& load, const fem::TissueModel& tissue) {
+    const auto is_held = [&](Index node) { return !(tissue.inv_mass[node] > 0.0); };
+    return std::all_of(load.nodes.begin(), load.nodes.end(), is_held) &&
+           std::all_of(load.faces.begin(), load.faces.end(), [&](const Triangle& face) { return std::all_of(face.begin(), face.end(), is_held); });
+}
+
 Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const fem::TissueModel& tissue,
-                           BodyModel& model) {
+                           BodyModel& model, std::vector<std::string>& notices) {
     if (!scene.effects.loads) return {};
     for (std::size_t i = 0; i < body.loads.size(); ++i) {
         const LoadSpec& spec = body.loads[i];
@@ -184,6 +190,8 @@ Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetM
             return scene_error(scene, fmt::format("bodies.{}.loads[{}]", body.name, i),
                                is_on_faces(spec.kind) ? "no boundary triangle of the coarse mesh lies in its region"
                                                       : "no node of the coarse mesh lies in its region");
+        if (acts_on_held(load, tissue))
+            notices.push_back(fmt::format("bodies.{}.loads[{}] moves nothing: all nodes that it acts on are held (fixed)", body.name, i));
     }
     return {};
 }

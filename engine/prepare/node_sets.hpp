@@ -27,8 +27,8 @@ namespace trocar::engine {
 [[nodiscard]] Result<void> prepare_held(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes,
                                         const std::vector<Index>& pinned, BodyModel& model);
 
-/// Into model.loads, with the effect. Fails where a load acts on nothing.
+/// Into model.loads, with the effect. Fails where a load acts on nothing; says where it acts on held nodes alone.
 [[nodiscard]] Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const fem::TissueModel& tissue,
-                                         BodyModel& model);
+                                         BodyModel& model, std::vector<std::string>& notices);
 
 } // namespace trocar::engine

@@ -277,7 +277,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
             fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "
                         "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499; \"elements\": \"patched\" does not",
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
-    if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
+    if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model, prepared.notices); !loaded.ok()) return loaded;
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);
     coarse.meshes.back() = std::move(*mesh);

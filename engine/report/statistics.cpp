@@ -135,6 +135,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     passed_places += report.passed_places;
     passed_steps += report.passed_places > 0;
     softened += report.softened;
+    raised_steps += report.raised_bodies > 0;
     explicit_bodies += report.explicit_bodies;
     explicit_steps += report.explicit_bodies > 0;
     unconverged_solves += report.contact_unconverged;

@@ -81,6 +81,7 @@ struct RunStatistics {
     double largest_instrument_n = 0.0;                // N, the same on one another
     double largest_bore_excess_m = 0.0;               // m
     std::uint64_t beyond_bore_steps = 0;
+    std::uint64_t raised_steps = 0; // in which a body took more sub-steps than time.substeps asks for
     std::uint64_t explicit_bodies = 0, explicit_steps = 0; // implicit steps that did not converge; steps with any
     std::uint64_t left_pairs = 0, left_steps = 0, floor_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;

@@ -117,6 +117,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("softened", "", "Always 0: solids are not pushed by springs.", row.r.softened),
     TROCAR_COLUMN("solid_force_n", "N", "Sum of the normal forces where solid bodies touch, mean over the step.", row.r.solid_force_n),
     TROCAR_COLUMN("max_solid_force_n", "N", "Largest of them.", row.r.max_solid_force_n),
+    TROCAR_COLUMN("raised_bodies", "", "Bodies that took more sub-steps than `time.substeps` asks for, since stability does.", row.r.raised_bodies),
     TROCAR_COLUMN("explicit_bodies", "", "Bodies whose implicit step did not converge; explicit sub-steps took its place.", row.r.explicit_bodies),
     TROCAR_COLUMN("contact_iterations", "", "Iterations of the solver of solid contact, all sub-steps together.", row.r.contact_iterations),
     TROCAR_COLUMN("contact_unconverged", "", "Sub-steps whose solve ended at its bound of iterations.", row.r.contact_unconverged),

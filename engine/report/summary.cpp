@@ -190,6 +190,7 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
     TROCAR_SUMMARY_KEY("deepest_touch_m", "m", "Largest penetration depth between solid bodies.", r.statistics.deepest_touch_m),
     TROCAR_SUMMARY_KEY("passed_places_total", "", "Vertices beyond the middle of a solid body, over all steps.", r.statistics.passed_places),
     TROCAR_SUMMARY_KEY("softened_total", "", "Always 0.", r.statistics.softened),
+    TROCAR_SUMMARY_KEY("raised_steps", "", "Steps in which a body took more sub-steps than `time.substeps` asks for, since stability does.", r.statistics.raised_steps),
     TROCAR_SUMMARY_KEY("explicit_bodies_total", "", "Implicit steps of bodies that did not converge; explicit sub-steps took their place.",
                        r.statistics.explicit_bodies),
     TROCAR_SUMMARY_KEY("contact_unconverged_total", "", "Solves of solid contact that ended at their bound.", r.statistics.unconverged_solves),

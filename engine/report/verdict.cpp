@@ -122,6 +122,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
                                    "Both bodies got the same impulses, so momentum is conserved; the residual is contact_residual_n in "
                                    "steps.csv."));
+    if (t.raised_steps > 0)
+        losses.push_back(make_loss("More sub-steps than asked for", t.raised_steps,
+                                   fmt::format("in {}, {} at the most; time.substeps asks for {}", of_steps(t.raised_steps, record), t.substeps,
+                                               record.prepared.model.fixed_substeps),
+                                   Mark::Note, "The tissue as it was deformed and pressed then, or the springs of its loads, would not have been stable with fewer."));
     if (t.explicit_steps > 0)
         losses.push_back(make_loss("Implicit steps that did not converge", t.explicit_steps,
                                    fmt::format("{} in {}", count_text(t.explicit_bodies, "body", "bodies"), of_steps(t.explicit_steps, record)), Mark::Note,

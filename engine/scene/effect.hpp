@@ -95,7 +95,8 @@ struct EffectStep {
 struct TissueLoads {
     Vec3 acceleration = Vec3::Zero();  // m/s^2, of every node
     std::vector<Vec3>& pinned_target;  // [pinned_count] m, where held nodes are at the step's end; empty: they stay
-    std::vector<Vec3>& force;          // [node_count] N, constant over the step; empty: none
+    std::vector<Vec3>& force;          // [node_count] N, at the step's start; empty: none
+    std::vector<Vec3>& force_rate;     // [node_count] N/s, all through the step; empty: forces are constant
     std::vector<fem::FacePressure>& pressures; // as the faces stand in every sub-step
     fem::ContactSprings& springs;      // besides contact's; integrated with the tissue
 };

@@ -101,6 +101,7 @@ struct StepReport {
     double residual_n = 0.0;         // always 0: both bodies feel the same impulses
     double solid_force_n = 0.0;       // sum of the normal forces at places where solid bodies touch, mean over the step
     double max_solid_force_n = 0.0;   // of one of them
+    unsigned raised_bodies = 0;       // that took more sub-steps than time.substeps asks for
     unsigned explicit_bodies = 0;     // whose implicit step did not converge: explicit sub-steps took its place
     unsigned contact_iterations = 0;  // of the solver of solids' contact, all sub-steps together
     unsigned contact_unconverged = 0; // sub-steps whose solve ended at its bound: conservative, both bodies feel what there is

@@ -137,7 +137,7 @@ ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> s
         static_assert(kPatch == kMostPatchTets);
         std::vector<double> stiffness;
         for (const TetShape& shape : shapes) stiffness.push_back(shape.stiffness);
-        order = make_patches(tets, stiffness, order);
+        order = make_patches(tets, rest_position, stiffness, order);
     }
     plan.record_of.assign(rest_position.size(), kNoIndex);
     number_nodes(plan, tets, order);

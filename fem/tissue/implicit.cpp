@@ -113,7 +113,7 @@ struct BodyStage {
             const Index record[3] = {plan.record_of[face.nodes[0]], plan.record_of[face.nodes[1]], plan.record_of[face.nodes[2]]};
             const Vec3 a(s.w.stage[record[0]].x), b(s.w.stage[record[1]].x), c(s.w.stage[record[2]].x);
             const Vec3 da = d[record[0]], db = d[record[1]], dc = d[record[2]];
-            const Vec3 third = face.pressure / 6.0 * ((db - da).cross(c - a) + (b - a).cross(dc - da));
+            const Vec3 third = face.at(s.time + since) / 6.0 * ((db - da).cross(c - a) + (b - a).cross(dc - da));
             for (const Index node : record)
                 if (per_mass(node) > 0.0) iw.product[node] += third;
         }

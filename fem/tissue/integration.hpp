@@ -11,14 +11,18 @@ namespace trocar::fem {
 /// late, and drive light nodes to and fro.
 struct FacePressure {
     Triangle nodes;
-    double pressure; // Pa
+    double pressure;   // Pa, at the step's start
+    double rate = 0.0; // Pa/s, all through the step
+
+    [[nodiscard]] double at(double time) const noexcept { return pressure + rate * time; } // s, since the step's start
 };
 
 struct IntegrateInputs {
     Vec3 gravity = Vec3::Zero(); // m/s^2
     const ContactSprings* springs = nullptr;
     std::span<const Vec3> pinned_target = {};  // [pinned.size()] m, where the pinned nodes are at the end; empty: they stay
-    std::span<const Vec3> external_force = {}; // [node_count] N, constant over the step; empty: none
+    std::span<const Vec3> external_force = {}; // [node_count] N, at the step's start; empty: none
+    std::span<const Vec3> force_rate = {};     // [node_count] N/s, all through the step; empty: the force is constant, or there is none
     std::span<const FacePressure> pressures = {};
 };
 

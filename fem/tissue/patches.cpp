@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <functional>
+#include <queue>
 
 namespace trocar::fem {
 
@@ -32,18 +35,76 @@ Neighbours find_neighbours(std::span<const Tet> tets) {
     return neighbours;
 }
 
-/// One patch after another, each grown by the free neighbour that adds fewest nodes; of these the one that would be left with fewest free
-/// neighbours of its own; of these the first along the order.
+/// Centroids in units of the edge of a cube of the mean tetrahedron's volume; squared distances are compared in thousandths, so that those that
+/// are the same but for rounding are decided by what comes next and not by how the mesh lies.
+class Places {
+public:
+    Places(std::span<const Tet> tets, std::span<const Vec3> position) {
+        double volume = 0.0;
+        for (const Tet& tet : tets) {
+            centroids_.push_back(0.25 * (position[tet[0]] + position[tet[1]] + position[tet[2]] + position[tet[3]]));
+            volume += std::abs((position[tet[1]] - position[tet[0]]).dot((position[tet[2]] - position[tet[0]]).cross(position[tet[3]] - position[tet[0]]))) / 6.0;
+        }
+        const double count = static_cast<double>(std::max<std::size_t>(tets.size(), 1)), cell = std::max(std::cbrt(volume / count), 1e-100);
+        Vec3 sum = Vec3::Zero();
+        for (Vec3& centroid : centroids_) sum += centroid /= cell;
+        middle_ = sum / count;
+    }
+    [[nodiscard]] const Vec3& operator[](Index tet) const { return centroids_[tet]; }
+    [[nodiscard]] double distance(Index tet, const Vec3& from) const { // squared; of anything, so that every tet has its place
+        const double squared = 1e3 * (centroids_[tet] - from).squaredNorm();
+        return squared < 1e18 ? std::round(squared) : 1e18;
+    }
+    [[nodiscard]] double from_middle(Index tet) const { return distance(tet, middle_); }
+
+private:
+    std::vector<Vec3> centroids_;
+    Vec3 middle_;
+};
+
+/// One patch after another. The next begins at the front of those made, in the corner that is left with fewest free neighbours; of these the
+/// farthest from the middle, so that no single tetrahedra are left over. It is grown by the free neighbour that adds fewest nodes; of these the one
+/// nearest the patch's middle, so that patches are as round as they can be however the mesh lies; of these the one that would be left with fewest
+/// free neighbours. What is still equal is taken along the order.
 class Growth {
 public:
-    Growth(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order)
-        : tets_(tets), stiffness_(stiffness), neighbours_(find_neighbours(tets)), rank_(tets.size()), taken_(tets.size(), false) {
+    Growth(std::span<const Tet> tets, std::span<const Vec3> position, std::span<const double> stiffness, std::span<const Index> order)
+        : tets_(tets), stiffness_(stiffness), neighbours_(find_neighbours(tets)), places_(tets, position), rank_(tets.size()), taken_(tets.size(), false) {
         for (std::size_t k = 0; k < order.size(); ++k) rank_[order[k]] = static_cast<Index>(k);
+        for (Index tet = 0; tet < tets.size(); ++tet) seeds_.push(judge_seed(tet));
     }
 
+    [[nodiscard]] std::vector<Index> grow_all(std::span<const Index> order) {
+        std::vector<Index> rows;
+        rows.reserve(tets_.size() + tets_.size() / 8);
+        while (!seeds_.empty()) {
+            const Seed seed = seeds_.top();
+            seeds_.pop();
+            const Index tet = order[seed.rank];
+            if (!taken_[tet] && seed == judge_seed(tet)) grow(tet, rows); // else it stands in the heap a second time as it is now
+        }
+        return rows;
+    }
+
+private:
+    struct Seed {
+        bool alone = true; // no neighbour is taken
+        int free_neighbours = 0;
+        double nearness = 0.0;
+        Index rank = 0;
+        auto operator<=>(const Seed&) const = default;
+    };
+    struct Merit {
+        int new_nodes = 0;
+        double distance = 0.0;
+        int free_neighbours = 0;
+        Index rank = 0;
+        auto operator<=>(const Merit&) const = default;
+    };
+
     void grow(Index seed, std::vector<Index>& rows) {
-        if (taken_[seed]) return;
         count_ = 0;
+        sum_ = Vec3::Zero();
         add(seed);
         while (count_ < kMostPatchTets) {
             const Index next = find_next();
@@ -51,26 +112,29 @@ public:
             add(next);
         }
         for (std::size_t k = 0; k < kMostPatchTets; ++k) rows.push_back(k < count_ ? patch_[k] : kNoIndex);
+        for (std::size_t k = 0; k < count_; ++k)
+            for (const Index other : neighbours_[patch_[k]])
+                if (other != kNoIndex && !taken_[other]) seeds_.push(judge_seed(other));
     }
-
-private:
     void add(Index tet) {
         taken_[tet] = true;
         patch_[count_++] = tet;
+        sum_ += places_[tet];
     }
     [[nodiscard]] bool has_node(Index node) const {
         return std::any_of(patch_.begin(), patch_.begin() + static_cast<std::ptrdiff_t>(count_),
                            [&](Index tet) { return std::find(tets_[tet].begin(), tets_[tet].end(), node) != tets_[tet].end(); });
     }
-    struct Merit {
-        int new_nodes, free_neighbours;
-        Index rank;
-        auto operator<=>(const Merit&) const = default;
-    };
+    [[nodiscard]] int count_free(Index tet) const {
+        return static_cast<int>(std::count_if(neighbours_[tet].begin(), neighbours_[tet].end(), [&](Index other) { return other != kNoIndex && !taken_[other]; }));
+    }
+    [[nodiscard]] Seed judge_seed(Index tet) const {
+        const bool alone = std::none_of(neighbours_[tet].begin(), neighbours_[tet].end(), [&](Index other) { return other != kNoIndex && taken_[other]; });
+        return {alone, count_free(tet), -places_.from_middle(tet), rank_[tet]};
+    }
     [[nodiscard]] Merit judge(Index tet) const {
-        Merit merit{0, 0, rank_[tet]};
+        Merit merit{0, places_.distance(tet, sum_ / static_cast<double>(count_)), count_free(tet), rank_[tet]};
         for (const Index node : tets_[tet]) merit.new_nodes += !has_node(node);
-        for (const Index other : neighbours_[tet]) merit.free_neighbours += other != kNoIndex && !taken_[other];
         return merit;
     }
     [[nodiscard]] Index find_next() const {
@@ -90,20 +154,19 @@ private:
     std::span<const Tet> tets_;
     std::span<const double> stiffness_;
     Neighbours neighbours_;
+    Places places_;
     std::vector<Index> rank_;
     std::vector<bool> taken_;
+    std::priority_queue<Seed, std::vector<Seed>, std::greater<>> seeds_;
     std::array<Index, kMostPatchTets> patch_{};
     std::size_t count_ = 0;
+    Vec3 sum_ = Vec3::Zero(); // of the patch's centroids
 };
 
 } // namespace
 
-std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order) {
-    Growth growth(tets, stiffness, order);
-    std::vector<Index> rows;
-    rows.reserve(tets.size() + tets.size() / 8);
-    for (const Index seed : order) growth.grow(seed, rows);
-    return rows;
+std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const Vec3> position, std::span<const double> stiffness, std::span<const Index> order) {
+    return Growth(tets, position, stiffness, order).grow_all(order);
 }
 
 } // namespace trocar::fem

@@ -20,7 +20,9 @@ inline constexpr double kPatchShare = 0.15;
 inline constexpr std::size_t kMostPatchTets = 8;
 
 /// Patches of at most kMostPatchTets tets that hang together by faces and have the same stiffness factor; a row of so many places each,
-/// kNoIndex where it is not full. stiffness: [tet_count]; order: all tets, along which patches begin. Depends on nothing else.
-[[nodiscard]] std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order);
+/// kNoIndex where it is not full. They are as round as they can be, and the same however the mesh is turned but where tets are alike by symmetry.
+/// position: [node_count]; stiffness: [tet_count]; order: all tets, in which such are taken. Depends on nothing else.
+[[nodiscard]] std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const Vec3> position, std::span<const double> stiffness,
+                                               std::span<const Index> order);
 
 } // namespace trocar::fem

@@ -15,11 +15,11 @@ void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
     w.sums.resize(plan.chunks.size());
 }
 
-void add_pressures(std::span<const FacePressure> pressures, const ForcePlan& plan, std::span<const NodeRecord> now, std::span<PartialForce> force) noexcept {
+void add_pressures(std::span<const FacePressure> pressures, double time, const ForcePlan& plan, std::span<const NodeRecord> now, std::span<PartialForce> force) noexcept {
     for (const FacePressure& face : pressures) {
         const Index record[3] = {plan.record_of[face.nodes[0]], plan.record_of[face.nodes[1]], plan.record_of[face.nodes[2]]};
         const Vec3 a(now[record[0]].x), b(now[record[1]].x), c(now[record[2]].x);
-        const Vec3 third = -face.pressure / 6.0 * (b - a).cross(c - a);
+        const Vec3 third = -face.at(time) / 6.0 * (b - a).cross(c - a);
         for (const Index node : record)
             for (int axis = 0; axis < 3; ++axis) force[node].f[axis] += third[axis];
     }
@@ -59,6 +59,7 @@ void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] con
     assert(state.position.size() == model.node_count() && state.velocity.size() == model.node_count());
     assert(inputs.pinned_target.empty() || inputs.pinned_target.size() == model.pinned.size());
     assert(inputs.external_force.empty() || inputs.external_force.size() == model.node_count());
+    assert(inputs.force_rate.empty() || inputs.force_rate.size() == inputs.external_force.size());
     assert(step > 0.0);
 }
 
@@ -96,10 +97,12 @@ const PartialForce* find_extra(const Substep& s, double since, std::span<const N
     if (!pushed && !warm_springs && s.inputs.pressures.empty()) return nullptr;
     const ForcePlan& plan = s.model.plan;
     for (std::size_t record = 0; record < plan.node_count(); ++record) {
-        const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
+        const Index node = plan.node_of[record];
+        Vec3 force = pushed ? s.inputs.external_force[node] : Vec3(0.0, 0.0, 0.0);
+        if (!s.inputs.force_rate.empty()) force += (s.time + since) * s.inputs.force_rate[node];
         s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
     }
-    add_pressures(s.inputs.pressures, plan, now, s.w.extra);
+    add_pressures(s.inputs.pressures, s.time + since, plan, now, s.w.extra);
     if (warm_springs) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
     return s.w.extra.data();
 }

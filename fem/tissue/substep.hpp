@@ -37,7 +37,7 @@ struct Substep {
     RkWorkspace& w;
     StiffnessWatch* watch; // may be null
     IntegrateReport& report;
-    double time = 0.0; // s, of its start, since the springs were made
+    double time = 0.0; // s, of its start, since the step's, at which the springs were made
 };
 
 /// Forces at `now`, which stands for `since` (s) after the sub-step's start, into w.partial. False: a tet has stiffened too much.

@@ -243,6 +243,70 @@ TEST(Loads, FollowTheirRowsOverTime) {
     EXPECT_GT(mean_shift(prepared, simulator).x(), 1e-4);
 }
 
+/// Whatever the rows, the step and the integrator: what a load gives a free body is its integral over time, a trapezoid where steps meet the rows.
+TEST(Loads, GiveAFreeBodyTheirIntegralOverTime) {
+    test::Random random(31);
+    for (const char* integrator : {"rk4", "leapfrog", "implicit"})
+        for (const double step : {0.001, 0.004, 0.01})
+            for (const char* kind : {R"("force": [0.004, 0.001, 0])", R"("acceleration": [500, 100, 0])"}) {
+                std::string rows;
+                double integral = 0.0, last = random.between(-1.0, 1.0), time = 0.0;
+                for (int k = 0; k <= 4; ++k) {
+                    const double value = k == 0 ? last : random.between(-1.0, 1.0), length = k == 0 ? 0.0 : step * static_cast<double>(1 + k % 3);
+                    integral += 0.5 * length * (last + value), time += length, last = value;
+                    rows += fmt::format("{}[{:.17g}, {:.17g}]", k == 0 ? "" : ", ", time, value);
+                }
+                std::string scene = cube_scene(fmt::format(R"("loads": [{{{}, "over": [{}]}}])", kind, rows), R"("elasticity", "loads")");
+                scene.replace(scene.find(R"("step": 0.005)"), 13, fmt::format(R"("step": {}, "integrator": "{}")", step, integrator));
+                const PreparedScene prepared = test::prepare(scene);
+                Simulator simulator = run(prepared, static_cast<int>(std::lround(time / step)));
+                const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+                const Vec3 wanted = kind[1] == 'f' ? Vec3(integral / tissue.mass * Vec3(0.004, 0.001, 0.0)) : Vec3(integral * Vec3(0.5, 0.1, 0.0));
+                const Vec3 found = fem::find_momentum(tissue, simulator.state().bodies[0].tissue).linear / tissue.mass;
+                EXPECT_LT((found - wanted).norm(), 1e-9 * step / 0.001 * (0.5 + wanted.norm())) << integrator << " " << step << " " << kind;
+            }
+}
+
+/// Long steps follow a ramp as short ones do.
+TEST(Loads, ThatRampDoSoInLongStepsAsInShortOnes) {
+    const auto end_of = [](double step) {
+        std::string scene = cube_scene(fmt::format(R"({}, "loads": [{{"force": [0.3, 0, 0], "where": {{"direction": [0, 0, 1], "fraction": 0.1}}, "over": [[0, 0], [0.1, 1]]}},
+                                                       {{"pressure": 0.5, "where": {{"direction": [1, 0, 0], "fraction": 0.1}}, "over": [[0, 0], [0.1, 1]]}}])", kHeldBelow));
+        scene.replace(scene.find(R"("step": 0.005)"), 13, fmt::format(R"("step": {})", step));
+        const PreparedScene prepared = test::prepare(scene);
+        Simulator simulator = run(prepared, static_cast<int>(std::lround(0.1 / step)));
+        return mean_shift(prepared, simulator);
+    };
+    const Vec3 exact = end_of(0.0005);
+    const double coarse = (end_of(0.02) - exact).norm(), fine = (end_of(0.005) - exact).norm();
+    std::printf("a ramp of 0.1 s: %.3g of the way off in steps of 20 ms, %.3g in steps of 5 ms\n", coarse / exact.norm(), fine / exact.norm());
+    EXPECT_LT(coarse, 2e-4 * exact.norm());
+    EXPECT_LT(fine, 2e-4 * exact.norm());
+}
+
+TEST(Loads, OnHeldNodesAloneAreSaidToMoveNothing) {
+    const auto notices_of = [](double fraction) {
+        return test::prepare(cube_scene(fmt::format(R"({}, "loads": [{{"force": [0, 0, 1], "where": {{"direction": [0, 0, -1], "fraction": {}}}}}])", kHeldBelow, fraction))).notices;
+    };
+    const auto says = [](const std::vector<std::string>& notices) {
+        return std::any_of(notices.begin(), notices.end(), [](const std::string& text) { return text.find("bodies.cube.loads[0] moves nothing") != std::string::npos; });
+    };
+    EXPECT_TRUE(says(notices_of(0.1)));
+    EXPECT_FALSE(says(notices_of(0.6)));
+}
+
+/// What stability asks for beyond time.substeps is taken, and said.
+TEST(Loads, SubstepsBeyondWhatTheSceneAsksForAreCounted) {
+    for (const bool stiff : {false, true}) {
+        std::string scene = cube_scene(stiff ? R"("loads": [{"spring": 4000}])" : R"("loads": [{"spring": 0.04}])");
+        scene.replace(scene.find(R"("step": 0.005)"), 13, R"("step": 0.005, "substeps": 20)");
+        const PreparedScene prepared = test::prepare(scene);
+        Simulator simulator = run(prepared, 2);
+        EXPECT_EQ(simulator.report().substeps > 20, stiff) << simulator.report().substeps;
+        EXPECT_EQ(simulator.report().raised_bodies, stiff ? 1u : 0u);
+    }
+}
+
 TEST(Loads, SpringsToTheGroundHoldABodyAgainstItsWeight) {
     const PreparedScene prepared = test::prepare(cube_scene(R"("loads": [{"spring": 0.04}, {"acceleration": [0, 0, -9810]}])"));
     Simulator simulator = run(prepared, 400);

@@ -35,7 +35,7 @@ TEST(Patches, HoldEveryTetOnceAndHangTogetherAndKeepStiffnessesApart) {
     for (std::size_t tet = 0; tet < stiffness.size(); ++tet) stiffness[tet] = mesh.vertices[mesh.tets[tet][0]][0] < 0.035 ? 1.0 : 7.0;
     std::vector<Index> order(mesh.tets.size());
     std::iota(order.begin(), order.end(), 0);
-    const std::vector<Index> rows = make_patches(mesh.tets, stiffness, order);
+    const std::vector<Index> rows = make_patches(mesh.tets, mesh.vertices, stiffness, order);
     ASSERT_EQ(rows.size() % kPatch, 0u);
     std::vector<int> met(mesh.tets.size(), 0);
     for (std::size_t first = 0; first < rows.size(); first += kPatch) {

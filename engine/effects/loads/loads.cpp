@@ -12,10 +12,16 @@
 
 namespace trocar::engine::effects {
 
-static void push_faces(const BodyLoad& load, double factor, std::vector<Vec3>& force) {
+/// Adds a force on faces or nodes, or its rate.
+static void push(const BodyLoad& load, double factor, const fem::TissueModel& tissue, std::vector<Vec3>& force) {
+    force.resize(tissue.node_count(), Vec3::Zero());
     for (std::size_t f = 0; f < load.faces.size(); ++f)
         for (const Index node : load.faces[f]) force[node] += factor / 3.0 * Vec3(load.area[f] * load.vector);
+    for (std::size_t k = 0; k < load.nodes.size(); ++k)
+        force[load.nodes[k]] += factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
 }
+
+static double factor_at(const BodyLoad& load, double time) { return load.over.empty() ? 1.0 : evaluate_rows(load.over, time); }
 
 /// A spring pushes one way only: two of them along every axis hold.
 static void hold_nodes(const BodyLoad& load, double factor, const fem::TissueModel& tissue, fem::ContactSprings& springs) {
@@ -38,20 +44,17 @@ static void load_body(const EffectStep& step, std::size_t body, const State&, Ti
     step.counts.note(effects::loads);
     const fem::TissueModel& tissue = *model.tissue;
     for (const BodyLoad& load : model.loads) {
-        const double factor = load.over.empty() ? 1.0 : evaluate_rows(load.over, step.time_t1);
+        const double first = factor_at(load, step.time_t1 - step.model.step_s), last = factor_at(load, step.time_t1), rate = (last - first) / step.model.step_s;
         if (load.kind == LoadKind::Spring) {
-            if (factor > 0.0) hold_nodes(load, factor, tissue, acting.springs);
+            if (last > 0.0) hold_nodes(load, last, tissue, acting.springs);
             continue;
         }
         if (load.kind == LoadKind::Pressure) {
-            for (const Triangle& face : load.faces) acting.pressures.push_back({face, factor * load.number});
+            for (const Triangle& face : load.faces) acting.pressures.push_back({face, first * load.number, rate * load.number});
             continue;
         }
-        acting.force.resize(tissue.node_count(), Vec3::Zero());
-        push_faces(load, factor, acting.force);
-        for (std::size_t k = 0; k < load.nodes.size(); ++k)
-            acting.force[load.nodes[k]] +=
-                factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
+        push(load, first, tissue, acting.force);
+        if (rate != 0.0) push(load, rate, tissue, acting.force_rate);
     }
 }
 

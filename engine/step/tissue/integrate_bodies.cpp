@@ -29,7 +29,7 @@ fem::AdvanceReport advance_explicitly(const SceneModel& model, const BodyModel& 
     limits.integrator = model.integrator;
     if (model.fixed_substeps == 0)
         return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, state.stable);
-    // The scene insists on a number; preparation refused it where the body at rest would not stand it.
+    // The scene asks for a number; preparation refused it where the body at rest would not stand it, what presses on it later may ask for more.
     fem::AdvanceReport done;
     done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, state.stable, model.integrator);
     const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
@@ -84,15 +84,19 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
 void find_loads(const EffectStep& step, std::size_t body, const State& state, TissueScratch& scratch, fem::IntegrateInputs& inputs) {
     scratch.pinned_target.clear();
     scratch.force.clear();
+    scratch.force_rate.clear();
     scratch.pressures.clear();
     scratch.springs.clear();
-    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force, .pressures = scratch.pressures, .springs = scratch.springs};
+    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force, .force_rate = scratch.force_rate,
+                      .pressures = scratch.pressures, .springs = scratch.springs};
     for (const EffectDescriptor* effect : registered_effects())
         if (effect->load_tissue != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->load_tissue(own, body, state, loads); });
     move_held_nodes(step.model.bodies[body], step.time_t1, scratch.pinned_target);
     inputs.gravity = loads.acceleration;
     inputs.pinned_target = scratch.pinned_target;
+    if (!scratch.force_rate.empty()) scratch.force.resize(scratch.force_rate.size(), Vec3::Zero());
     inputs.external_force = scratch.force;
+    inputs.force_rate = scratch.force_rate;
     inputs.pressures = scratch.pressures;
 }
 
@@ -113,6 +117,7 @@ void integrate_body(const EffectStep& step, std::size_t body, const fem::TissueS
 /// Adds what the body's integration came to.
 void report_body(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done, StepReport& report) {
     report.substeps = std::max(report.substeps, done.integrate.substeps_done);
+    report.raised_bodies += model.fixed_substeps > 0 && done.integrate.substeps_done > model.fixed_substeps;
     if (report.stable_step_s == 0.0 || done.tightest.step < report.stable_step_s) report.stable_step_s = done.tightest.step;
     report.min_volume_ratio = std::min(report.min_volume_ratio, done.integrate.min_volume_ratio);
     report.inverted_tets += done.integrate.inverted;

@@ -21,7 +21,7 @@ struct TissueScratch {
     fem::AdvanceReport advanced;       // its last integration
     fem::IntegrateInputs inputs;       // views of what is here
     std::vector<Vec3> pinned_target; // of effects: see TissueLoads
-    std::vector<Vec3> force;         // likewise
+    std::vector<Vec3> force, force_rate; // likewise
     std::vector<fem::FacePressure> pressures; // likewise
     fem::ContactSprings springs;     // likewise; those of contact follow them
     fem::ContactSprings contact;     // what instruments and hands push it with in this step
