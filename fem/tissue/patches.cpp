@@ -35,7 +35,7 @@ Neighbours find_neighbours(std::span<const Tet> tets) {
     return neighbours;
 }
 
-/// Centroids in units of the edge of a cube of the mean tetrahedron's volume; squared distances are compared in thousandths, so that those that
+/// Centroids in units of the edge of a cube of the mean tetrahedron's volume; squared distances are compared in millionths, so that those that
 /// are the same but for rounding are decided by what comes next and not by how the mesh lies.
 class Places {
 public:
@@ -52,7 +52,7 @@ public:
     }
     [[nodiscard]] const Vec3& operator[](Index tet) const { return centroids_[tet]; }
     [[nodiscard]] double distance(Index tet, const Vec3& from) const { // squared; of anything, so that every tet has its place
-        const double squared = 1e3 * (centroids_[tet] - from).squaredNorm();
+        const double squared = 1e6 * (centroids_[tet] - from).squaredNorm();
         return squared < 1e18 ? std::round(squared) : 1e18;
     }
     [[nodiscard]] double from_middle(Index tet) const { return distance(tet, middle_); }
@@ -74,19 +74,29 @@ public:
         for (Index tet = 0; tet < tets.size(); ++tet) seeds_.push(judge_seed(tet));
     }
 
+    /// Their order: of the first of their tets along it, so that what is near is near in memory.
     [[nodiscard]] std::vector<Index> grow_all(std::span<const Index> order) {
-        std::vector<Index> rows;
-        rows.reserve(tets_.size() + tets_.size() / 8);
+        std::vector<Row> rows;
+        rows.reserve(tets_.size() / kMostPatchTets * 9 / 8 + 1);
         while (!seeds_.empty()) {
             const Seed seed = seeds_.top();
             seeds_.pop();
             const Index tet = order[seed.rank];
-            if (!taken_[tet] && seed == judge_seed(tet)) grow(tet, rows); // else it stands in the heap a second time as it is now
+            if (!taken_[tet] && seed == judge_seed(tet)) rows.push_back(grow(tet)); // else it stands in the heap a second time as it is now
         }
-        return rows;
+        std::sort(rows.begin(), rows.end());
+        std::vector<Index> tets;
+        tets.reserve(kMostPatchTets * rows.size());
+        for (const Row& row : rows) tets.insert(tets.end(), row.tets.begin(), row.tets.end());
+        return tets;
     }
 
 private:
+    struct Row {
+        Index first = kNoIndex; // lowest rank
+        std::array<Index, kMostPatchTets> tets{};
+        auto operator<=>(const Row&) const = default;
+    };
     struct Seed {
         bool alone = true; // no neighbour is taken
         int free_neighbours = 0;
@@ -102,7 +112,7 @@ private:
         auto operator<=>(const Merit&) const = default;
     };
 
-    void grow(Index seed, std::vector<Index>& rows) {
+    [[nodiscard]] Row grow(Index seed) {
         count_ = 0;
         sum_ = Vec3::Zero();
         add(seed);
@@ -111,10 +121,15 @@ private:
             if (next == kNoIndex) break;
             add(next);
         }
-        for (std::size_t k = 0; k < kMostPatchTets; ++k) rows.push_back(k < count_ ? patch_[k] : kNoIndex);
-        for (std::size_t k = 0; k < count_; ++k)
+        Row row;
+        row.tets.fill(kNoIndex);
+        for (std::size_t k = 0; k < count_; ++k) {
+            row.tets[k] = patch_[k];
+            row.first = std::min(row.first, rank_[patch_[k]]);
             for (const Index other : neighbours_[patch_[k]])
                 if (other != kNoIndex && !taken_[other]) seeds_.push(judge_seed(other));
+        }
+        return row;
     }
     void add(Index tet) {
         taken_[tet] = true;

@@ -121,17 +121,19 @@ double wave_speed_ratio(Wave wave, double poisson_ratio) {
     return std::sqrt(work / mass) / kNumber / std::sqrt((wave == Wave::Pressure ? lambda + 2.0 * mu : mu) / kDensity);
 }
 
-double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements) {
+double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements, const Mat3& turn) {
     constexpr double kSide = 0.1, kLength = 0.4, kLoad = 1e-3;
-    const TetMesh mesh = make_bar_mesh({4 * cells_across, cells_across, cells_across}, kSide / cells_across, 0.0);
-    const TissueModel model = make_body(mesh, MaterialLaw::NeoHookean, poisson_ratio, nodes_at(mesh, 0.0), 0.0, elements);
-    const std::vector<Index> end = nodes_at(mesh, kLength);
+    TetMesh mesh = make_bar_mesh({4 * cells_across, cells_across, cells_across}, kSide / cells_across, 0.0);
+    const std::vector<Index> clamped = nodes_at(mesh, 0.0), end = nodes_at(mesh, kLength);
+    for (Vec3& x : mesh.vertices) x = turn * x;
+    const TissueModel model = make_body(mesh, MaterialLaw::NeoHookean, poisson_ratio, clamped, 0.0, elements);
     std::vector<Vec3> force(model.node_count(), Vec3::Zero());
     double weight = 0.0, tip = 0.0;
     for (const Index node : end) weight += model.node_mass[node];
-    for (const Index node : end) force[node][2] = kLoad * model.node_mass[node] / weight;
+    const Vec3 way = turn.col(2);
+    for (const Index node : end) force[node] = kLoad * model.node_mass[node] / weight * way;
     const std::vector<Vec3> u = solve_small_strain(model, force);
-    for (const Index node : end) tip += u[node][2] / static_cast<double>(end.size());
+    for (const Index node : end) tip += u[node].dot(way) / static_cast<double>(end.size());
     const double area = kSide * kSide, inertia = kSide * area * kSide / 12.0, shear = kYoung / (2.0 * (1.0 + poisson_ratio));
     const double coefficient = 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio); // Cowper 1966
     return tip / (kLoad * kLength * kLength * kLength / (3.0 * kYoung * inertia) + kLoad * kLength / (coefficient * shear * area));

@@ -17,8 +17,10 @@ enum class Wave : std::uint8_t { Pressure, Shear };
 /// Speed of a plane wave in a block over the continuum's.
 [[nodiscard]] double wave_speed_ratio(Wave wave, double poisson_ratio);
 
-/// Tip of a bar of 0.4 x 0.1 x 0.1 m, clamped at one end, loaded by 1 mN at the other, over Timoshenko's with Cowper's coefficient.
-[[nodiscard]] double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements = TetElements::Linear);
+/// Tip of a bar of 0.4 x 0.1 x 0.1 m, clamped at one end, loaded by 1 mN at the other, over Timoshenko's with Cowper's coefficient. turn: a
+/// rotation of the whole, mesh, clamp and load
+[[nodiscard]] double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements = TetElements::Linear,
+                                      const Mat3& turn = Mat3::Identity());
 
 /// Pressure of a cube squeezed by 1e-6 over 3 K 1e-6.
 [[nodiscard]] double bulk_ratio(MaterialLaw law);

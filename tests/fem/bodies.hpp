@@ -64,6 +64,12 @@ inline Vec3 random_vec(std::mt19937_64& random, double size) {
     return {x, y, z};
 }
 
+inline Mat3 random_rotation(std::mt19937_64& random) {
+    std::normal_distribution<double> normal;
+    const double w = normal(random), x = normal(random), y = normal(random), z = normal(random);
+    return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
+}
+
 inline std::vector<Vec3> zeros(std::size_t count) { return std::vector<Vec3>(count, Vec3::Zero()); }
 
 /// Those that E and nu say all of.
