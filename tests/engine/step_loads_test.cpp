@@ -271,7 +271,7 @@ TEST(Loads, GiveAFreeBodyTheirIntegralOverTime) {
 TEST(Loads, ThatRampDoSoInLongStepsAsInShortOnes) {
     const auto end_of = [](double step) {
         std::string scene = cube_scene(fmt::format(R"({}, "loads": [{{"force": [0.3, 0, 0], "where": {{"direction": [0, 0, 1], "fraction": 0.1}}, "over": [[0, 0], [0.1, 1]]}},
-                                                       {{"pressure": 0.5, "where": {{"direction": [1, 0, 0], "fraction": 0.1}}, "over": [[0, 0], [0.1, 1]]}}])", kHeldBelow));
+                                                       {{"pressure": 0.5, "where": {{"direction": [1, 0, 0], "fraction": 0.4}}, "over": [[0, 0], [0.1, 1]]}}])", kHeldBelow));
         scene.replace(scene.find(R"("step": 0.005)"), 13, fmt::format(R"("step": {})", step));
         const PreparedScene prepared = test::prepare(scene);
         Simulator simulator = run(prepared, static_cast<int>(std::lround(0.1 / step)));

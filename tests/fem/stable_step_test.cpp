@@ -191,10 +191,11 @@ TEST(StableStep, ADerivationSpreadOverTheStepsBeforeItIsAsGood) {
             EXPECT_EQ(rounds_to_come(model, spread), 0);
             const StableStep one = find_stable_step(model, records(step), nullptr, spread, Integrator::Leapfrog);
             const StableStep other = find_stable_step(model, records(step), nullptr, at_once, Integrator::Leapfrog);
-            EXPECT_NEAR(one.tissue_omega / other.tissue_omega, 1.0, 0.01) << "viscosity " << viscosity << ", step " << step;
-            EXPECT_NEAR(one.step / other.step, 1.0, 0.01);
+            // well within kStepSafety
+            EXPECT_NEAR(one.tissue_omega / other.tissue_omega, 1.0, 0.02) << "viscosity " << viscosity << ", step " << step;
+            EXPECT_NEAR(one.step / other.step, 1.0, 0.02);
             EXPECT_LT(one.tissue_omega, true_omega(model, at(step)) * (1.0 + 1e-9));
-            EXPECT_GT(one.tissue_omega, true_omega(model, at(step)) * 0.96);
+            EXPECT_GT(one.tissue_omega, true_omega(model, at(step)) * 0.95);
         }
         EXPECT_EQ(rounds, 5 * (viscosity > 0.0 ? 7 : 3));
     }
