@@ -71,18 +71,23 @@ public:
     Growth(std::span<const Tet> tets, std::span<const Vec3> position, std::span<const double> stiffness, std::span<const Index> order)
         : tets_(tets), stiffness_(stiffness), neighbours_(find_neighbours(tets)), places_(tets, position), rank_(tets.size()), taken_(tets.size(), false) {
         for (std::size_t k = 0; k < order.size(); ++k) rank_[order[k]] = static_cast<Index>(k);
-        for (Index tet = 0; tet < tets.size(); ++tet) seeds_.push(judge_seed(tet));
     }
 
     /// Their order: of the first of their tets along it, so that what is near is near in memory.
     [[nodiscard]] std::vector<Index> grow_all(std::span<const Index> order) {
         std::vector<Row> rows;
         rows.reserve(tets_.size() / kMostPatchTets * 9 / 8 + 1);
-        while (!seeds_.empty()) {
-            const Seed seed = seeds_.top();
-            seeds_.pop();
-            const Index tet = order[seed.rank];
-            if (!taken_[tet] && seed == judge_seed(tet)) rows.push_back(grow(tet)); // else it stands in the heap a second time as it is now
+        std::vector<Seed> inner; // where nothing is taken around them
+        for (const Index tet : order) inner.push_back(judge_seed(tet));
+        std::sort(inner.begin(), inner.end());
+        for (const Seed& first : inner) {
+            if (!taken_[order[first.rank]]) rows.push_back(grow(order[first.rank]));
+            while (!front_.empty()) {
+                const Seed seed = front_.top();
+                front_.pop();
+                const Index tet = order[seed.rank];
+                if (!taken_[tet] && seed == judge_seed(tet)) rows.push_back(grow(tet)); // else it is there a second time, as it is now
+            }
         }
         std::sort(rows.begin(), rows.end());
         std::vector<Index> tets;
@@ -98,7 +103,6 @@ private:
         auto operator<=>(const Row&) const = default;
     };
     struct Seed {
-        bool alone = true; // no neighbour is taken
         int free_neighbours = 0;
         double nearness = 0.0;
         Index rank = 0;
@@ -127,7 +131,7 @@ private:
             row.tets[k] = patch_[k];
             row.first = std::min(row.first, rank_[patch_[k]]);
             for (const Index other : neighbours_[patch_[k]])
-                if (other != kNoIndex && !taken_[other]) seeds_.push(judge_seed(other));
+                if (other != kNoIndex && !taken_[other]) front_.push(judge_seed(other));
         }
         return row;
     }
@@ -144,8 +148,7 @@ private:
         return static_cast<int>(std::count_if(neighbours_[tet].begin(), neighbours_[tet].end(), [&](Index other) { return other != kNoIndex && !taken_[other]; }));
     }
     [[nodiscard]] Seed judge_seed(Index tet) const {
-        const bool alone = std::none_of(neighbours_[tet].begin(), neighbours_[tet].end(), [&](Index other) { return other != kNoIndex && taken_[other]; });
-        return {alone, count_free(tet), -places_.from_middle(tet), rank_[tet]};
+        return {count_free(tet), -places_.from_middle(tet), rank_[tet]};
     }
     [[nodiscard]] Merit judge(Index tet) const {
         Merit merit{0, places_.distance(tet, sum_ / static_cast<double>(count_)), count_free(tet), rank_[tet]};
@@ -172,7 +175,7 @@ private:
     Places places_;
     std::vector<Index> rank_;
     std::vector<bool> taken_;
-    std::priority_queue<Seed, std::vector<Seed>, std::greater<>> seeds_;
+    std::priority_queue<Seed, std::vector<Seed>, std::greater<>> front_; // free neighbours of what is taken
     std::array<Index, kMostPatchTets> patch_{};
     std::size_t count_ = 0;
     Vec3 sum_ = Vec3::Zero(); // of the patch's centroids
