@@ -54,7 +54,7 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
 
 Result<TetMesh> read_tets(const std::filesystem::path& path, BesideTets* beside) {
     const std::string extension = mesh_extension(path);
-    if (beside != nullptr) *beside = BesideTets{.faces = {}, .split = {}, .with_arrays = beside->with_arrays, .arrays = {}, .vectors = {}, .place_of_tet = {}, .cells = 0};
+    if (beside != nullptr) *beside = BesideTets{.faces = {}, .split = {}, .with_arrays = beside->with_arrays, .arrays = {}, .vectors = {}, .place_of_tet = {}, .place_of_node = {}, .cells = 0};
     Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"), beside)
                            : extension == ".ele" ? read_pair(partner(path, ".node"), path, beside)
                                                  : parse(path, extension, beside);

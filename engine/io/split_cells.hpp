@@ -36,6 +36,7 @@ struct BesideTets {
     bool with_arrays = false;               // in: the three below are wanted
     std::vector<CellArray> arrays, vectors; // of the cells as the file has them: of one number each, of three
     std::vector<std::size_t> place_of_tet;  // [tet_count] of its values in them
+    std::vector<Index> place_of_node;       // of every node of the file, kNoIndex: no tetrahedron has it; empty: all stay as they are
     std::size_t cells = 0;                  // of the file, VTK's; 0: its arrays have values for the cells alone that are read
 };
 

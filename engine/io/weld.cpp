@@ -76,7 +76,7 @@ std::size_t weld_equal_vertices(TriMesh& mesh) {
     return joined;
 }
 
-std::size_t drop_unreferenced_nodes(TetMesh& mesh) {
+std::size_t drop_unreferenced_nodes(TetMesh& mesh, std::vector<Index>* kept_nodes) {
     std::vector<Index> map(mesh.vertices.size(), kNoIndex);
     for (const Tet& tet : mesh.tets)
         for (const Index v : tet) map[v] = 0;
@@ -90,6 +90,7 @@ std::size_t drop_unreferenced_nodes(TetMesh& mesh) {
     mesh.vertices.resize(kept);
     for (Tet& tet : mesh.tets)
         for (Index& v : tet) v = map[v];
+    if (kept_nodes != nullptr) *kept_nodes = std::move(map);
     return dropped;
 }
 

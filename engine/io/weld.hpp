@@ -13,6 +13,7 @@ namespace trocar::engine {
 std::size_t weld_equal_vertices(TriMesh& mesh);
 
 /// Drops nodes that no tetrahedron uses; the others keep their order. Returns how many went.
-std::size_t drop_unreferenced_nodes(TetMesh& mesh);
+/// kept  of every node before: its place now, kNoIndex where it was dropped; may be null
+std::size_t drop_unreferenced_nodes(TetMesh& mesh, std::vector<Index>* kept = nullptr);
 
 } // namespace trocar::engine

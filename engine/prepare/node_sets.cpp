@@ -100,22 +100,31 @@ Result<void> list_near(const Scene& scene, const std::string& key, const std::ve
     return {};
 }
 
-Result<void> list_region(const Scene& scene, const std::string& key, const std::vector<Vec3>& nodes, const std::vector<BodyModel>& before,
-                         const BodyModel& own, FixedRegion& region) {
+/// Lists name nodes as the file of the coarse mesh does; it may have some that no tetrahedron has.
+Result<void> list_region(const Scene& scene, const std::string& key, const std::vector<Vec3>& nodes, std::span<const Index> places,
+                         const std::vector<BodyModel>& before, const BodyModel& own, FixedRegion& region) {
     if (region.kind == RegionKind::Near) return list_near(scene, key, nodes, before, own, region);
-    if (region.kind != RegionKind::Listed || region.nodes.empty() || region.nodes.back() < nodes.size()) return {};
-    return scene_error(scene, key + ".nodes",
-                       fmt::format("{} lists node {}; expected at most {}, the last one of the coarse mesh of {}", region.file.string(),
-                                   region.nodes.back(), nodes.size() - 1, own.name));
+    if (region.kind != RegionKind::Listed) return {};
+    const std::size_t count = places.empty() ? nodes.size() : places.size();
+    const auto fail = [&](Index node, const std::string& what) {
+        return scene_error(scene, key + ".nodes", fmt::format("{} lists node {}{}", region.file.string(), node, what));
+    };
+    for (Index& node : region.nodes) {
+        if (node >= count) return fail(node, fmt::format("; expected at most {}, the last one of the coarse mesh of {}", count - 1, own.name));
+        if (places.empty()) continue;
+        if (places[node] == kNoIndex) return fail(node, fmt::format(", which no tetrahedron of the coarse mesh of {} has", own.name));
+        node = places[node];
+    }
+    return {};
 }
 
 } // namespace
 
-Result<SceneBody> list_region_nodes(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes, const std::vector<BodyModel>& before,
-                                    const BodyModel& own) {
+Result<SceneBody> list_region_nodes(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes, std::span<const Index> places,
+                                    const std::vector<BodyModel>& before, const BodyModel& own) {
     SceneBody listed = body;
     const auto list = [&](const char* key, std::size_t i, FixedRegion& region) {
-        return list_region(scene, fmt::format("bodies.{}.{}", body.name, fmt::format(fmt::runtime(key), i)), nodes, before, own, region);
+        return list_region(scene, fmt::format("bodies.{}.{}", body.name, fmt::format(fmt::runtime(key), i)), nodes, places, before, own, region);
     };
     for (std::size_t i = 0; i < listed.fixed.size(); ++i)
         if (const Result<void> done = list("fixed[{}]", i, listed.fixed[i].region); !done.ok()) return done.error();

@@ -11,10 +11,11 @@
 namespace trocar::engine {
 
 /// The body with regions near a surface as lists of nodes, and its own lists checked.
+/// places   of the nodes of the coarse mesh's file among these, as lists name them; empty: they are the same
 /// before   bodies that are prepared already      own   with its surface
 /// fails    a surface that is not there, a node that the mesh does not have
 [[nodiscard]] Result<SceneBody> list_region_nodes(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes,
-                                                  const std::vector<BodyModel>& before, const BodyModel& own);
+                                                  std::span<const Index> places, const std::vector<BodyModel>& before, const BodyModel& own);
 
 /// Of all nodes; ascending. Of a body that list_region_nodes has gone through.
 [[nodiscard]] std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes);

@@ -5,6 +5,7 @@
 #include "engine/prepare/pulse.hpp"
 
 #include "engine/io/read_tets.hpp"
+#include "engine/io/weld.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/fibre_field.hpp"
 #include "engine/prepare/free_space.hpp"
@@ -135,6 +136,26 @@ Result<TetMesh> make_wall(const SceneBody& body, const TriMesh& surface, const R
                                                  1e3 * body.coarse.thickness, folds, 100.0 * fem::kLeastWall, body.coarse.surface_triangles)};
 }
 
+/// Of a mesh from a file: tetrahedra that lie in one another, or several on one side of a face.
+Result<void> check_faces(const TetMesh& mesh) {
+    std::vector<std::pair<std::array<Index, 3>, Index>> faces;
+    for (Index tet = 0; tet < mesh.tets.size(); ++tet)
+        for (std::size_t apex = 0; apex < 4; ++apex) {
+            const Tet& t = mesh.tets[tet];
+            std::array<Index, 3> face{t[(apex + 1) % 4], t[(apex + 2) % 4], t[(apex + 3) % 4]};
+            std::sort(face.begin(), face.end());
+            faces.emplace_back(face, tet);
+        }
+    std::sort(faces.begin(), faces.end());
+    for (std::size_t k = 2; k < faces.size(); ++k) {
+        const auto& face = faces[k].first;
+        if (face == faces[k - 2].first)
+            return Error{ErrorCode::BadMesh, fmt::format("tetrahedra {}, {} and {} share the face of nodes {}, {} and {}; expected at most two at a face", faces[k - 2].second,
+                                                         faces[k - 1].second, faces[k].second, face[0], face[1], face[2])};
+    }
+    return {};
+}
+
 /// beside  of a mesh from a file: its cell arrays, where regions have tissues of their own
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, BesideTets& beside, const Remarks& remarks) {
     if (body.coarse.file.empty() && body.coarse.mesher == CoarseMesher::Lattice) return make_lattice(body, surface, remarks);
@@ -160,7 +181,8 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, Besid
     if (!mesh.ok()) return mesh;
     if (std::string what = describe_split(beside.split); !what.empty()) remarks.notes.push_back("coarse mesh: " + what);
     for (Vec3& v : mesh->vertices) v = body.scale * (body.coarse.unit * v) + body.translate;
-    if (const std::size_t dropped = drop_unused_nodes(*mesh); dropped > 0)
+    if (const Result<void> checked = check_faces(*mesh); !checked.ok()) return checked.error();
+    if (const std::size_t dropped = drop_unreferenced_nodes(*mesh, &beside.place_of_node); dropped > 0)
         remarks.notes.push_back(fmt::format("{} nodes of the coarse mesh belong to no tetrahedron and were dropped", dropped));
     return mesh;
 }
@@ -238,7 +260,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& spec, const Sce
                                        kMostTets - allowance.tets + mesh->tets.size(), kMostTets));
     Result<TissueRegions> regions = make_tissue_regions(scene, spec, *mesh, beside);
     if (!regions.ok()) return regions.error();
-    const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, prepared.model.bodies, model);
+    const Result<SceneBody> listed = list_region_nodes(scene, spec, mesh->vertices, beside.place_of_node, prepared.model.bodies, model);
     if (!listed.ok()) return listed.error();
     const SceneBody& body = *listed;
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);

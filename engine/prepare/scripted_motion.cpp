@@ -29,6 +29,27 @@ double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept {
     return from.value + (time - from.time) / (to.time - from.time) * (to.value - from.value);
 }
 
+LoadLine fit_rows(const std::vector<LoadRow>& rows, double from, double to) noexcept {
+    constexpr double kSame = 1e-9; // [-] of the time: rows so near its ends are at them
+    const double length = to - from, first = evaluate_rows(rows, from), last = evaluate_rows(rows, to), middle = 0.5 * (from + to);
+    double area = 0.0, moment = 0.0, start = from, value = first;
+    const auto add = [&](double end, double end_value) { // Simpson's rule is exact
+        area += 0.5 * (end - start) * (value + end_value);
+        moment += (end - start) / 6.0 * (value * (start - middle) + (value + end_value) * (start + end - 2.0 * middle) + end_value * (end - middle));
+        start = end, value = end_value;
+    };
+    bool has_inner = false;
+    for (const LoadRow& row : rows) {
+        if (!(row.time > from + kSame * length && row.time < to - kSame * length)) continue;
+        add(row.time, row.value);
+        has_inner = true;
+    }
+    if (!has_inner) return {first, (last - first) / length};
+    add(to, last);
+    const double rate = 12.0 * moment / (length * length * length);
+    return {area / length - 0.5 * length * rate, rate};
+}
+
 static Mat3 turn_at(const Vec3& axis, const std::vector<LoadRow>& turns, double time) noexcept {
     return turns.empty() ? Mat3(Mat3::Identity()) : rotation_about(axis, evaluate_rows(turns, time));
 }

@@ -11,6 +11,15 @@ namespace trocar::engine {
 /// Linear between rows, held outside. rows: not empty.
 [[nodiscard]] double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept;
 
+/// A straight line over a time.
+struct LoadLine {
+    double first = 1.0, rate = 0.0; // at its start; 1/s
+};
+
+/// What has the rows' integral over this time, and its first moment: a free body that it pushes ends where the rows would push it, with their momentum.
+/// A jump within the time makes the line steep enough to begin or end beyond the rows.
+[[nodiscard]] LoadLine fit_rows(const std::vector<LoadRow>& rows, double from, double to) noexcept;
+
 /// Where held nodes are that move as told. target [pinned_count] m, or empty, which is filled with the rest places first.
 void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& target);
 

@@ -126,7 +126,8 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("More sub-steps than asked for", t.raised_steps,
                                    fmt::format("in {}, {} at the most; time.substeps asks for {}", of_steps(t.raised_steps, record), t.substeps,
                                                record.prepared.model.fixed_substeps),
-                                   Mark::Note, "The tissue as it was deformed and pressed then, or the springs of its loads, would not have been stable with fewer."));
+                                   Mark::Note, "The tissue as it was deformed and pressed then, or the springs of its loads, would not have been stable with fewer; of implicit steps, one that did "
+                                               "not converge is taken in parts."));
     if (t.explicit_steps > 0)
         losses.push_back(make_loss("Implicit steps that did not converge", t.explicit_steps,
                                    fmt::format("{} in {}", count_text(t.explicit_bodies, "body", "bodies"), of_steps(t.explicit_steps, record)), Mark::Note,

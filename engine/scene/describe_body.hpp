@@ -434,8 +434,8 @@ struct LoadPlaceKeys {
                          custom_key(value_field("where", region_value(), "On the nodes in a region; on the whole body when absent."),
                                     read_where, s.region),
                          custom_key(value_field("over", rows_over_time({"factor", Dimension::None, between(-1e6, 1e6)}),
-                                                "Factor over time, linear between rows, held before the first and after the last; in a step it goes linearly "
-                                                "from that of its start to that of its end, a spring's is that of the end. 1 when absent."),
+                                                "Factor over time, linear between rows, held before the first and after the last; in a step "
+                                                "linear with the same integral and first moment, a spring's from that of its start to that of its end. 1 when absent."),
                                     read_over, s.over));
     }
 };

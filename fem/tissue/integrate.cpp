@@ -101,7 +101,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
         if (report.tightest.step == 0.0 || stable.step < report.tightest.step) report.tightest = stable;
         const unsigned spent = done.substeps_done + report.rejected;
         const unsigned wanted =
-            spent < limits.max_substeps ? count_substeps(left, {.step = std::min(stable.step, cap)}, limits.max_substeps - spent) : 0;
+            spent < limits.max_substeps ? count_substeps(left, {.step = std::min({stable.step, cap, limits.longest})}, limits.max_substeps - spent) : 0;
         report.refused = wanted == 0;
         if (report.refused) break;
         if (!derive && comes_near(model, stable_workspace, limits, wanted)) derive_ahead(model, w.start, stable_workspace);

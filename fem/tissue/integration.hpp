@@ -57,6 +57,7 @@ struct RkWorkspace {
 /// How far the derived sub-steps may go.
 struct SubstepLimits {
     Integrator integrator = Integrator::Rk4;
+    double longest = std::numeric_limits<double>::infinity(); // s, that a sub-step may be, where stability would allow more
     unsigned max_substeps = 2000;        // per call; more are needed: refused, the state stays where it got to
     unsigned substeps_per_estimate = 64; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
 };

@@ -4,13 +4,14 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <queue>
 
 namespace trocar::fem {
 
 namespace {
 
-using Neighbours = std::vector<std::array<Index, 4>>; // [tet_count] across each face; kNoIndex: none
+using Neighbours = std::vector<std::array<Index, 4>>; // [tet_count] across each face; kNoIndex: none, or several, which are no neighbours
 
 Neighbours find_neighbours(std::span<const Tet> tets) {
     std::vector<std::pair<std::array<Index, 3>, std::pair<Index, int>>> faces;
@@ -25,8 +26,9 @@ Neighbours find_neighbours(std::span<const Tet> tets) {
         }
     std::sort(faces.begin(), faces.end());
     Neighbours neighbours(tets.size(), {kNoIndex, kNoIndex, kNoIndex, kNoIndex});
+    const auto is_same = [&](std::size_t k, std::size_t other) { return other < faces.size() && faces[k].first == faces[other].first; };
     for (std::size_t k = 1; k < faces.size(); ++k) {
-        if (faces[k].first != faces[k - 1].first) continue;
+        if (!is_same(k, k - 1) || is_same(k, k + 1) || (k > 1 && is_same(k, k - 2))) continue;
         const auto [a, face_a] = faces[k - 1].second;
         const auto [b, face_b] = faces[k].second;
         neighbours[a][static_cast<std::size_t>(face_a)] = b;
@@ -35,26 +37,27 @@ Neighbours find_neighbours(std::span<const Tet> tets) {
     return neighbours;
 }
 
-/// Centroids in units of the edge of a cube of the mean tetrahedron's volume; squared distances are compared in millionths, so that those that
-/// are the same but for rounding are decided by what comes next and not by how the mesh lies.
+/// What is the same but for rounding becomes the same, so that what comes next decides and not how the mesh lies. Of anything, for sorting.
+double rounded(double value) {
+    if (!std::isfinite(value)) return std::numeric_limits<double>::max();
+    int exponent = 0;
+    const double mantissa = std::frexp(value, &exponent);
+    return std::ldexp(std::round(std::ldexp(mantissa, 30)), exponent - 30);
+}
+
+/// Centroids, and squared distances from them.
 class Places {
 public:
     Places(std::span<const Tet> tets, std::span<const Vec3> position) {
-        double volume = 0.0;
+        Vec3 sum = Vec3::Zero();
         for (const Tet& tet : tets) {
             centroids_.push_back(0.25 * (position[tet[0]] + position[tet[1]] + position[tet[2]] + position[tet[3]]));
-            volume += std::abs((position[tet[1]] - position[tet[0]]).dot((position[tet[2]] - position[tet[0]]).cross(position[tet[3]] - position[tet[0]]))) / 6.0;
+            sum += centroids_.back();
         }
-        const double count = static_cast<double>(std::max<std::size_t>(tets.size(), 1)), cell = std::max(std::cbrt(volume / count), 1e-100);
-        Vec3 sum = Vec3::Zero();
-        for (Vec3& centroid : centroids_) sum += centroid /= cell;
-        middle_ = sum / count;
+        middle_ = sum / static_cast<double>(std::max<std::size_t>(tets.size(), 1));
     }
     [[nodiscard]] const Vec3& operator[](Index tet) const { return centroids_[tet]; }
-    [[nodiscard]] double distance(Index tet, const Vec3& from) const { // squared; of anything, so that every tet has its place
-        const double squared = 1e6 * (centroids_[tet] - from).squaredNorm();
-        return squared < 1e18 ? std::round(squared) : 1e18;
-    }
+    [[nodiscard]] double distance(Index tet, const Vec3& from) const { return rounded((centroids_[tet] - from).squaredNorm()); }
     [[nodiscard]] double from_middle(Index tet) const { return distance(tet, middle_); }
 
 private:

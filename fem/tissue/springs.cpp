@@ -8,20 +8,21 @@ namespace {
 
 struct Moment {
     double gap = 0.0, rate = 0.0;     // m, m/s
+    double stiffness = 0.0;           // N/m
     double elastic = 0.0, push = 0.0; // N
 };
 
 /// position(node), velocity(node)
 template <class Position, class Velocity>
 Moment measure(const ContactSprings& springs, const ContactSpring& spring, double time, Position&& position, Velocity&& velocity) noexcept {
-    Moment m{spring.offset + spring.rate * time, spring.rate};
+    Moment m{spring.offset + spring.rate * time, spring.rate, spring.stiffness_at(time)};
     for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k) {
         const SpringEntry& entry = springs.entries[k];
         m.gap += entry.g.dot(position(entry.node));
         m.rate += entry.g.dot(velocity(entry.node));
     }
     if (!(m.gap < 0.0)) return m;
-    m.elastic = std::clamp(-spring.stiffness * m.gap, 0.0, spring.limit);
+    m.elastic = std::clamp(-m.stiffness * m.gap, 0.0, spring.limit);
     const double drag = m.rate < 0.0 ? -spring.damping * m.rate : 0.0;
     m.push = std::clamp(m.elastic + drag, 0.0, spring.limit);
     return m;
@@ -37,7 +38,7 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
         for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
             push_node(springs.entries[k].node, m.push * springs.entries[k].g);
         ++report.pressed;
-        report.energy += m.elastic * (-m.gap - (spring.stiffness > 0.0 ? 0.5 * m.elastic / spring.stiffness : 0.0));
+        report.energy += m.elastic * (-m.gap - (m.stiffness > 0.0 ? 0.5 * m.elastic / m.stiffness : 0.0));
         report.deepest_gap = std::min(report.deepest_gap, m.gap);
     }
     return report;
@@ -75,7 +76,7 @@ void add_spring_product(const ContactSprings& springs, double time, double per_s
             springs, spring, time, [&](Index node) { return Vec3(records[plan.record_of[node]].x); },
             [&](Index node) { return Vec3(records[plan.record_of[node]].v); });
         if (!(m.gap < 0.0) || !(m.push < spring.limit)) continue;
-        const double slope = spring.stiffness + (m.rate < 0.0 ? spring.damping * per_second : 0.0);
+        const double slope = m.stiffness + (m.rate < 0.0 ? spring.damping * per_second : 0.0);
         const auto entries = std::span(springs.entries).subspan(spring.first_entry, spring.entry_count);
         double closer = 0.0;
         for (const SpringEntry& entry : entries) closer += entry.g.dot(displacement[plan.record_of[entry.node]]);

@@ -22,9 +22,12 @@ struct ContactSpring {
     std::uint16_t entry_count = 0;                          // coarse nodes it acts on, 3 for a linked vertex
     double offset = 0.0;                                    // m
     double rate = 0.0;                                      // m/s, prescribed motion of the obstacle; < 0: it approaches
-    double stiffness = 0.0;                                 // N/m, >= 0
+    double stiffness = 0.0;                                 // N/m, >= 0, the most in the step
+    double share = 1.0, share_rate = 0.0;                   // [-], 1/s, of it at the start of the step, and from then on; from 0 to 1
     double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
+
+    [[nodiscard]] double stiffness_at(double time) const noexcept { return stiffness * (share + share_rate * time); }
 };
 
 struct ContactSprings {

@@ -243,27 +243,32 @@ TEST(Loads, FollowTheirRowsOverTime) {
     EXPECT_GT(mean_shift(prepared, simulator).x(), 1e-4);
 }
 
-/// Whatever the rows, the step and the integrator: what a load gives a free body is its integral over time, a trapezoid where steps meet the rows.
+/// Whatever the rows, jumps among them, the step and the integrator: what a load gives a free body is its integral over time.
 TEST(Loads, GiveAFreeBodyTheirIntegralOverTime) {
     test::Random random(31);
     for (const char* integrator : {"rk4", "leapfrog", "implicit"})
         for (const double step : {0.001, 0.004, 0.01})
             for (const char* kind : {R"("force": [0.004, 0.001, 0])", R"("acceleration": [500, 100, 0])"}) {
                 std::string rows;
-                double integral = 0.0, last = random.between(-1.0, 1.0), time = 0.0;
-                for (int k = 0; k <= 4; ++k) {
-                    const double value = k == 0 ? last : random.between(-1.0, 1.0), length = k == 0 ? 0.0 : step * static_cast<double>(1 + k % 3);
-                    integral += 0.5 * length * (last + value), time += length, last = value;
+                double given = 0.0, way = 0.0, last = random.between(-1.0, 1.0), time = 0.0; // of a unit mass
+                for (int k = 0; k <= 6; ++k) {
+                    const double value = k == 0 ? last : random.between(-1.0, 1.0), length = k == 0 ? 0.0 : k % 3 == 2 ? 1e-6 : step * random.between(0.1, 2.5);
+                    way += length * given + length * length * (2.0 * last + value) / 6.0;
+                    given += 0.5 * length * (last + value), time += length, last = value;
                     rows += fmt::format("{}[{:.17g}, {:.17g}]", k == 0 ? "" : ", ", time, value);
                 }
                 std::string scene = cube_scene(fmt::format(R"("loads": [{{{}, "over": [{}]}}])", kind, rows), R"("elasticity", "loads")");
                 scene.replace(scene.find(R"("step": 0.005)"), 13, fmt::format(R"("step": {}, "integrator": "{}")", step, integrator));
                 const PreparedScene prepared = test::prepare(scene);
-                Simulator simulator = run(prepared, static_cast<int>(std::lround(time / step)));
+                const int steps = static_cast<int>(std::ceil(time / step - 1e-9));
+                const double rest = steps * step - time;
+                way += rest * given + 0.5 * rest * rest * last, given += rest * last;
+                Simulator simulator = run(prepared, steps);
                 const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
-                const Vec3 wanted = kind[1] == 'f' ? Vec3(integral / tissue.mass * Vec3(0.004, 0.001, 0.0)) : Vec3(integral * Vec3(0.5, 0.1, 0.0));
-                const Vec3 found = fem::find_momentum(tissue, simulator.state().bodies[0].tissue).linear / tissue.mass;
-                EXPECT_LT((found - wanted).norm(), 1e-9 * step / 0.001 * (0.5 + wanted.norm())) << integrator << " " << step << " " << kind;
+                const Vec3 unit = kind[1] == 'f' ? Vec3(Vec3(0.004, 0.001, 0.0) / tissue.mass) : Vec3(0.5, 0.1, 0.0);
+                const Vec3 speed = fem::find_momentum(tissue, simulator.state().bodies[0].tissue).linear / tissue.mass;
+                EXPECT_LT((speed - given * unit).norm(), 1e-6 * step * unit.norm()) << integrator << " " << step << " " << kind;
+                if (integrator[0] == 'r') EXPECT_LT((mean_shift(prepared, simulator) - way * unit).norm(), 1e-6 * step * step * unit.norm()) << step << " " << kind;
             }
 }
 
@@ -293,6 +298,97 @@ TEST(Loads, OnHeldNodesAloneAreSaidToMoveNothing) {
     };
     EXPECT_TRUE(says(notices_of(0.1)));
     EXPECT_FALSE(says(notices_of(0.6)));
+}
+
+/// Tissue that stiffens within a step takes as many sub-steps as it needs, whatever number the scene asks for.
+TEST(Loads, WhatStiffensIsAsStableWithANumberOfSubstepsAsWithout) {
+    const auto end_of = [](const std::string& substeps) {
+        std::string scene = cube_scene(fmt::format(R"({}, "loads": [{{"traction": [0, 0, 30], "where": {{"direction": [0, 0, 1], "fraction": 0.3}}}}])", kHeldBelow), R"("elasticity", "loads")");
+        scene.replace(scene.find(R"("step": 0.005)"), 13, R"("step": 0.02, "integrator": "rk4")" + substeps);
+        const std::string plain = R"("young_modulus": 10, "poisson_ratio": 0.3)";
+        scene.replace(scene.find(plain), plain.size(), R"("law": "ogden", "mu1": 3, "alpha1": 8, "poisson_ratio": 0.3)");
+        const PreparedScene prepared = test::prepare(scene);
+        Simulator simulator = run(prepared, 5);
+        std::printf("%s: %u sub-steps, %.6g mm\n", substeps.c_str(), simulator.report().substeps, 1e3 * mean_shift(prepared, simulator).z());
+        return std::pair{mean_shift(prepared, simulator).z(), simulator.report()};
+    };
+    const auto [free, report] = end_of("");
+    for (const int number : {40, 100}) {
+        const auto [told, own] = end_of(fmt::format(R"(, "substeps": {})", number));
+        EXPECT_NEAR(told, free, 1e-3 * free);
+        EXPECT_GE(own.substeps, static_cast<unsigned>(number));
+        EXPECT_EQ(own.raised_bodies > 0, own.substeps > static_cast<unsigned>(number));
+    }
+}
+
+/// As many sub-steps as there may be at most are not too many, in contact either.
+TEST(Loads, AsManySubstepsAsAreAllowedMayBeAskedFor) {
+    for (const int count : {33, 37, 100})
+        for (const bool touching : {false, true}) {
+            std::string scene = cube_scene(kThrown, R"("elasticity", "coarse_contact")");
+            scene.replace(scene.find(R"("step": 0.005)"), 13, fmt::format(R"("step": 0.005, "substeps": {}, "max_substeps": {})", count, count));
+            std::string other = scene.substr(scene.find(R"("cube")"), scene.find("}}},") + 2 - scene.find(R"("cube")"));
+            other.replace(other.find("cube"), 4, "other"), other.replace(other.find(R"([0, 0, 0])"), 9, touching ? "[20.1, 0, 0]" : "[90, 0, 0]");
+            other.replace(other.find(R"([1, 0, 0])"), 9, "[-99, 0, 0]");
+            scene.replace(scene.find(R"("cube")"), 0, other + ", ");
+            const PreparedScene prepared = test::prepare(scene);
+            Simulator simulator = run(prepared, 4);
+            EXPECT_EQ(simulator.report().substeps, static_cast<unsigned>(count));
+            EXPECT_EQ(simulator.report().raised_bodies, 0u);
+        }
+}
+
+/// Lists name nodes as the file does, which may have some that no tetrahedron has.
+TEST(NodeSets, AListNamesTheNodesOfTheFile) {
+    const std::filesystem::path folder = testing::TempDir();
+    TetMesh mesh = fem::make_bar_mesh({4, 4, 4}, 0.005, 0.0);
+    for (Vec3& v : mesh.vertices) v -= Vec3::Constant(0.01);
+    mesh.vertices.insert(mesh.vertices.begin(), Vec3(0.0, 0.0, 0.0));
+    mesh.vertices.insert(mesh.vertices.begin() + 40, Vec3(0.001, 0.0, 0.0));
+    for (Tet& tet : mesh.tets)
+        for (Index& node : tet) node += node + 1 >= 40 ? 2 : 1;
+    ASSERT_TRUE(write_vtu(folder / "with_unused.vtu", mesh).ok());
+    const auto scene_of = [&](const std::string& nodes) {
+        std::ofstream(folder / "listed.txt") << nodes;
+        std::string scene = cube_scene(fmt::format(R"("fixed": [{{"nodes": "{}"}}])", (folder / "listed.txt").string()));
+        const std::string lattice = R"({"mesher": "lattice", "surface_triangles": 200})";
+        return scene.replace(scene.find(lattice), lattice.size(), fmt::format(R"({{"file": "{}", "unit": "m"}})", (folder / "with_unused.vtu").string()));
+    };
+    std::string below;
+    std::vector<Vec3> wanted;
+    for (Index node = 1; node < mesh.vertices.size(); ++node)
+        if (node != 40 && mesh.vertices[node].z() < -0.0099) below += fmt::format("{} ", node), wanted.push_back(mesh.vertices[node]);
+    const PreparedScene prepared = test::prepare(scene_of(below));
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    ASSERT_EQ(tissue.pinned.size(), wanted.size());
+    for (std::size_t k = 0; k < wanted.size(); ++k) EXPECT_EQ(tissue.rest_position[tissue.pinned[k]], wanted[k]);
+    for (const char* unused : {"0", "40"}) {
+        const auto scene = parse_scene(scene_of(unused), "scenes/test.json");
+        ASSERT_TRUE(scene.ok());
+        const auto refused = make_prepared_scene(*scene);
+        ASSERT_FALSE(refused.ok());
+        EXPECT_NE(refused.error().to_string().find(fmt::format("lists node {}, which no tetrahedron", unused)), std::string::npos) << refused.error().to_string();
+    }
+}
+
+TEST(CoarseFiles, WithThreeTetrahedraOnAFaceAreRefusedByName) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "three.vtu";
+    TetMesh mesh = fem::make_bar_mesh({2, 2, 2}, 0.01, 0.0);
+    for (Vec3& v : mesh.vertices) v -= Vec3::Constant(0.01);
+    mesh.vertices.push_back(Vec3(0.001, 0.002, 0.003));
+    const Tet on = mesh.tets[20];
+    mesh.tets.push_back({on[0], on[1], on[2], static_cast<Index>(mesh.vertices.size() - 1)});
+    mesh.tets.push_back({on[0], on[1], on[2], on[3]});
+    ASSERT_TRUE(write_vtu(file, mesh).ok());
+    std::string scene = cube_scene("");
+    scene.replace(scene.find("}, }}"), 5, "}}}");
+    const std::string lattice = R"({"mesher": "lattice", "surface_triangles": 200})";
+    scene.replace(scene.find(lattice), lattice.size(), fmt::format(R"({{"file": "{}", "unit": "m"}})", file.string()));
+    const auto parsed = parse_scene(scene, "scenes/test.json");
+    ASSERT_TRUE(parsed.ok()) << parsed.error().to_string();
+    const auto prepared = make_prepared_scene(*parsed);
+    ASSERT_FALSE(prepared.ok());
+    EXPECT_NE(prepared.error().to_string().find("share the face of nodes"), std::string::npos) << prepared.error().to_string();
 }
 
 /// What stability asks for beyond time.substeps is taken, and said.

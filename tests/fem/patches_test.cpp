@@ -88,6 +88,49 @@ TEST(Patches, AreTheSameHoweverAMeshIsTurnedMovedScaledAndSorted) {
     }
 }
 
+/// However many tets share a face, and however unequal they are.
+TEST(Patches, HoldEveryTetOfOverlappingAndUnequalOnes) {
+    std::mt19937_64 random(38);
+    for (int trial = 0; trial < 40; ++trial) {
+        TetMesh mesh = make_bar_mesh({3, 2, 2}, 0.01, 0.15);
+        const std::size_t whole = mesh.vertices.size();
+        for (int k = 0; k < 150; ++k) { // some on faces that have two already
+            const Tet& on = mesh.tets[random() % mesh.tets.size()];
+            mesh.vertices.push_back(mesh.vertices[on[3]] + random_vec(random, 0.002));
+            const Index apex = k % 3 == 0 ? static_cast<Index>(random() % whole) : static_cast<Index>(mesh.vertices.size() - 1);
+            if (std::find(on.begin(), on.end(), apex) == on.end()) mesh.tets.push_back({on[0], on[1], on[2], apex});
+        }
+        std::vector<Index> order(mesh.tets.size());
+        std::iota(order.begin(), order.end(), 0);
+        std::size_t held = 0;
+        for (const std::set<Index>& patch : patches_of(mesh.vertices, mesh.tets, order)) held += patch.size();
+        EXPECT_EQ(held, mesh.tets.size()) << "trial " << trial;
+    }
+}
+
+TEST(Patches, OfMeshesWithTinyPartsAreTheSameHoweverTheyAreTurned) {
+    std::mt19937_64 random(39);
+    for (const double tiny : {1e-2, 1e-4}) {
+        TetMesh mesh = make_bar_mesh({3, 3, 8}, tiny, 0.0);
+        for (Vec3& x : mesh.vertices) x += random_vec(random, 0.15 * tiny);
+        const Tet on = mesh.tets.back();
+        for (const double size : {1.0, 1.3}) { // two large ones on a face of it
+            mesh.vertices.push_back(mesh.vertices[on[0]] + size * Vec3(0.3, 0.8, 1.0));
+            mesh.tets.push_back({on[0], on[1], size > 1.0 ? static_cast<Index>(mesh.vertices.size() - 2) : on[2], static_cast<Index>(mesh.vertices.size() - 1)});
+        }
+        std::vector<Index> order(mesh.tets.size());
+        std::iota(order.begin(), order.end(), 0);
+        const auto patches = patches_of(mesh.vertices, mesh.tets, order);
+        for (int turn = 0; turn < 5; ++turn) {
+            std::vector<Vec3> turned;
+            const Mat3 rotation = random_rotation(random);
+            for (const Vec3& x : mesh.vertices) turned.push_back(rotation * x);
+            std::shuffle(order.begin(), order.end(), random);
+            EXPECT_EQ(patches_of(turned, mesh.tets, order), patches) << tiny;
+        }
+    }
+}
+
 /// Regular meshes have tets that are alike by symmetry: what is chosen among them depends on how the mesh lies, how stiff the body is hardly does.
 TEST(Patches, CantileversBendAlikeHoweverTheirMeshesLie) {
     std::mt19937_64 random(37);

@@ -21,17 +21,22 @@ static void push(const BodyLoad& load, double factor, const fem::TissueModel& ti
         force[load.nodes[k]] += factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
 }
 
-static double factor_at(const BodyLoad& load, double time) { return load.over.empty() ? 1.0 : evaluate_rows(load.over, time); }
+static LoadLine factor_over(const BodyLoad& load, double from, double to) { return load.over.empty() ? LoadLine{} : fit_rows(load.over, from, to); }
 
-/// A spring pushes one way only: two of them along every axis hold.
-static void hold_nodes(const BodyLoad& load, double factor, const fem::TissueModel& tissue, fem::ContactSprings& springs) {
+/// A spring pushes one way only: two of them along every axis hold. Between the factors at the step's start and end, which are not negative, it goes linearly.
+static void hold_nodes(const BodyLoad& load, const EffectStep& step, const fem::TissueModel& tissue, fem::ContactSprings& springs) {
+    const double first = load.over.empty() ? 1.0 : evaluate_rows(load.over, step.time_t1 - step.model.step_s);
+    const double last = load.over.empty() ? 1.0 : evaluate_rows(load.over, step.time_t1), most = std::max(first, last);
+    if (!(most > 0.0)) return;
     for (std::size_t k = 0; k < load.nodes.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
             for (const double way : {1.0, -1.0}) {
                 fem::ContactSpring spring;
                 spring.first_entry = static_cast<Index>(springs.entries.size());
                 spring.entry_count = 1;
-                spring.stiffness = factor * load.number * load.share[k];
+                spring.stiffness = most * load.number * load.share[k];
+                spring.share = first / most;
+                spring.share_rate = (last - first) / most / step.model.step_s;
                 spring.offset = -way * tissue.rest_position[load.nodes[k]][axis];
                 springs.entries.push_back({load.nodes[k], way * Vec3::Unit(axis)});
                 springs.springs.push_back(spring);
@@ -44,11 +49,11 @@ static void load_body(const EffectStep& step, std::size_t body, const State&, Ti
     step.counts.note(effects::loads);
     const fem::TissueModel& tissue = *model.tissue;
     for (const BodyLoad& load : model.loads) {
-        const double first = factor_at(load, step.time_t1 - step.model.step_s), last = factor_at(load, step.time_t1), rate = (last - first) / step.model.step_s;
         if (load.kind == LoadKind::Spring) {
-            if (last > 0.0) hold_nodes(load, last, tissue, acting.springs);
+            hold_nodes(load, step, tissue, acting.springs);
             continue;
         }
+        const auto [first, rate] = factor_over(load, step.time_t1 - step.model.step_s, step.time_t1);
         if (load.kind == LoadKind::Pressure) {
             for (const Triangle& face : load.faces) acting.pressures.push_back({face, first * load.number, rate * load.number});
             continue;

@@ -23,21 +23,15 @@ namespace trocar::engine {
 
 namespace {
 
+/// Of the number that the scene asks for, to rounding.
+double longest_substep(const SceneModel& model) noexcept { return model.step_s / std::max(1u, model.fixed_substeps) * (1.0 + 1e-12); }
+
 fem::AdvanceReport advance_explicitly(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state, TissueScratch& scratch) {
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
-    if (model.fixed_substeps == 0)
-        return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, state.stable);
-    // The scene asks for a number; preparation refused it where the body at rest would not stand it, what presses on it later may ask for more.
-    fem::AdvanceReport done;
-    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, state.stable, model.integrator);
-    const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
-    done.refused = needed == 0;
-    if (!done.refused)
-        done.integrate = fem::integrate(*body.tissue, state.tissue, model.step_s, std::max(needed, model.fixed_substeps), inputs,
-                                        model.integrator, scratch.rk);
-    return done;
+    if (model.fixed_substeps > 0) limits.longest = longest_substep(model);
+    return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, state.stable);
 }
 
 /// start: of the step, where an implicit step that does not converge goes back to: explicit sub-steps take its place.
@@ -75,8 +69,8 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
                                              done.tightest.worst_tet, end.min_volume_ratio));
     }
     if (!end.finite())
-        return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})", body.name,
-                           end.first_bad_node, end.substeps_done, end.first_bad_tet, end.least_stage_ratio);
+        return fmt::format("{}: node {} is not finite after {} sub-steps ({}smallest volume ratio {:.3g})", body.name, end.first_bad_node, end.substeps_done,
+                           end.first_bad_tet == kNoIndex ? "" : fmt::format("tetrahedron {}, ", end.first_bad_tet), end.least_stage_ratio);
     return {};
 }
 
@@ -208,7 +202,7 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
     IslandsScratch& islands = s.bodies.islands;
     ContactScratch& contact = s.bodies.contact;
     const double step = s.model.step_s;
-    const double longest = s.model.fixed_substeps > 0 ? step / s.model.fixed_substeps : step;
+    const double longest = longest_substep(s.model);
     double time = 0.0, taken = 0.0, kicked = 0.0, trust = 1.0;
     for (unsigned count = 0;; ++count) {
         double stable = longest;
@@ -216,7 +210,7 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         const double left = step - time;
         const bool arrived = !(left > 1e-12 * step);
         const double h = arrived ? 0.0 : choose_substep(left, stable), kick = 0.5 * (taken + h);
-        const bool stopped = !(stable > 0.0) || (!arrived && left / h > static_cast<double>(s.model.max_substeps) - count);
+        const bool stopped = !(stable > 0.0) || (!arrived && left > (static_cast<double>(s.model.max_substeps) - count + 0.5) * h);
         if (count == 0) {
             for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
             islands.solver.observe();
