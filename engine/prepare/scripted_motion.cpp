@@ -38,13 +38,10 @@ LoadLine fit_rows(const std::vector<LoadRow>& rows, double from, double to) noex
         moment += (end - start) / 6.0 * (value * (start - middle) + (value + end_value) * (start + end - 2.0 * middle) + end_value * (end - middle));
         start = end, value = end_value;
     };
-    bool has_inner = false;
-    for (const LoadRow& row : rows) {
-        if (!(row.time > from + kSame * length && row.time < to - kSame * length)) continue;
-        add(row.time, row.value);
-        has_inner = true;
-    }
-    if (!has_inner) return {first, (last - first) / length};
+    const auto inner = std::upper_bound(rows.begin(), rows.end(), from + kSame * length, [](double t, const LoadRow& row) { return t < row.time; });
+    const auto is_inner = [&](auto row) { return row != rows.end() && row->time < to - kSame * length; };
+    if (!is_inner(inner)) return {first, (last - first) / length};
+    for (auto row = inner; is_inner(row); ++row) add(row->time, row->value);
     add(to, last);
     const double rate = 12.0 * moment / (length * length * length);
     return {area / length - 0.5 * length * rate, rate};

@@ -20,6 +20,21 @@ void reserve_springs(fem::ContactSprings& springs) {
     springs.entries.reserve(4 * fem::kMostLinkNodes * kReservedContacts); // a vertex and a triangle's three
 }
 
+/// For loads that begin, or begin to change, in whatever step.
+void reserve_loads(const BodyModel& body, TissueScratch& scratch) {
+    if (!body.tissue || body.loads.empty()) return;
+    std::size_t springs = 0, faces = 0;
+    for (const BodyLoad& load : body.loads) {
+        springs += load.kind == LoadKind::Spring ? 6 * load.nodes.size() : 0;
+        faces += load.kind == LoadKind::Pressure ? load.faces.size() : 0;
+    }
+    scratch.force.reserve(body.tissue->node_count());
+    scratch.force_rate.reserve(body.tissue->node_count());
+    scratch.pressures.reserve(faces);
+    scratch.springs.springs.reserve(springs + (springs > 0 ? kReservedContacts : 0));
+    scratch.springs.entries.reserve(springs + (springs > 0 ? 4 * fem::kMostLinkNodes * kReservedContacts : 0)); // those of contact follow them
+}
+
 /// Memory for image-space culling of the skins and their walls, where exact contacts may be culled.
 void reserve_culling(const SceneModel& model, RodsScratch& rods) {
     if (!model.effects.exact_contact || model.contact.culling == Culling::Never) return;
@@ -40,6 +55,7 @@ void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         reserve_springs(bodies.tissue[i].contact);
+        reserve_loads(body, bodies.tissue[i]);
         bodies.start[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
     }
 }
