@@ -375,10 +375,11 @@ TEST(CoarseFiles, WithThreeTetrahedraOnAFaceAreRefusedByName) {
     const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "three.vtu";
     TetMesh mesh = fem::make_bar_mesh({2, 2, 2}, 0.01, 0.0);
     for (Vec3& v : mesh.vertices) v -= Vec3::Constant(0.01);
-    mesh.vertices.push_back(Vec3(0.001, 0.002, 0.003));
     const Tet on = mesh.tets[20];
-    mesh.tets.push_back({on[0], on[1], on[2], static_cast<Index>(mesh.vertices.size() - 1)});
-    mesh.tets.push_back({on[0], on[1], on[2], on[3]});
+    for (const double off : {0.001, 0.002}) {
+        mesh.vertices.push_back(mesh.vertices[on[3]] + Vec3(off, 0.5 * off, 0.0));
+        mesh.tets.push_back({on[0], on[1], on[2], static_cast<Index>(mesh.vertices.size() - 1)});
+    }
     ASSERT_TRUE(write_vtu(file, mesh).ok());
     std::string scene = cube_scene("");
     scene.replace(scene.find("}, }}"), 5, "}}}");
@@ -388,7 +389,24 @@ TEST(CoarseFiles, WithThreeTetrahedraOnAFaceAreRefusedByName) {
     ASSERT_TRUE(parsed.ok()) << parsed.error().to_string();
     const auto prepared = make_prepared_scene(*parsed);
     ASSERT_FALSE(prepared.ok());
-    EXPECT_NE(prepared.error().to_string().find("share the face of nodes"), std::string::npos) << prepared.error().to_string();
+    EXPECT_NE(prepared.error().to_string().find("three.vtu: tetrahedra 7, 20 and 48 share the face of nodes"), std::string::npos) << prepared.error().to_string();
+}
+
+TEST(CoarseFiles, OneCellThickAreSaidToBendTooMuchWhereTheyArePatched) {
+    const auto is_said = [](Index across, double nu) {
+        const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "sheet.vtu";
+        TetMesh mesh = fem::make_bar_mesh({4, 4, across}, 0.005, 0.0);
+        for (Vec3& v : mesh.vertices) v = v - Vec3(0.01, 0.01, 0.0025 * across);
+        EXPECT_TRUE(write_vtu(file, mesh).ok());
+        std::string scene = cube_scene(kThrown, R"("elasticity")", nu);
+        const std::string lattice = R"({"mesher": "lattice", "surface_triangles": 200})";
+        scene.replace(scene.find(lattice), lattice.size(), fmt::format(R"({{"file": "{}", "unit": "m"}})", file.string()));
+        const std::vector<std::string> notes = test::prepare(scene).bodies[0].notes;
+        return std::any_of(notes.begin(), notes.end(), [](const std::string& note) { return note.find("no node of the coarse mesh lies inside it") == 0; });
+    };
+    EXPECT_TRUE(is_said(1, 0.45));
+    EXPECT_FALSE(is_said(2, 0.45));
+    EXPECT_FALSE(is_said(1, 0.3)); // linear
 }
 
 /// What stability asks for beyond time.substeps is taken, and said.
