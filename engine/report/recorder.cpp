@@ -1,5 +1,6 @@
 #include "engine/report/recorder.hpp"
 
+#include "fem/rod/coaxial.hpp"
 #include "fem/rod/rod.hpp"
 #include "fem/rod/rod_internal.hpp"
 
@@ -50,10 +51,9 @@ Result<void> write_coarse(const std::filesystem::path& path, const fem::TissueMo
 }
 
 /// The line of an instrument's nodes beyond its port, with what it carries inside and what presses on it: N, N m.
-Result<void> write_axis(const std::filesystem::path& path, const InstrumentModel& instrument, const InstrumentState& state) {
+Result<void> write_axis(const std::filesystem::path& path, const InstrumentModel& instrument, const InstrumentState& state, const fem::RodInternalForces& inside) {
     const fem::RodState& rod = state.rod;
     const std::size_t nodes = rod.position.size();
-    const fem::RodInternalForces inside = fem::find_internal_forces(instrument.rod, rod, instrument.port);
     std::vector<Vec3> pressed(nodes, Vec3::Zero());
     for (const fem::RodPlane& plane : state.planes) {
         const Vec3 force = plane.force * plane.normal + plane.drag;
@@ -70,6 +70,16 @@ Result<void> write_axis(const std::filesystem::path& path, const InstrumentModel
     const std::vector<double> moment = flatten(beyond(inside.moment)), contact = flatten(beyond(pressed));
     const std::array<DataArray, 4> points{{{"tension_n", 1, tension}, {"torque_nm", 1, torque}, {"moment_nm", 3, moment}, {"contact_force_n", 3, contact}}};
     return write_vtp_line(path, beyond(rod.position), points);
+}
+
+std::vector<fem::RodInternalForces> find_all_internal_forces(const SceneModel& model, const State& state) {
+    std::vector<fem::RodInternalForces> inside;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        inside.push_back(fem::find_internal_forces(model.instruments[i].rod, state.instruments[i].rod, model.instruments[i].port));
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        if (const auto wire = model.instruments[i].wire)
+            fem::part_tension(model.instruments[i].rod, state.instruments[i].rod, model.instruments[*wire].rod, state.instruments[*wire].rod, inside[i], inside[*wire]);
+    return inside;
 }
 
 } // namespace
@@ -89,12 +99,13 @@ Result<std::vector<std::string>> write_state(const std::filesystem::path& folder
         const std::string coarse = name(i, body.name + "_coarse", ".vtu");
         if (auto written = write_coarse(folder / coarse, *body.tissue, state.bodies[i].tissue); !written) return written.error();
     }
+    const std::vector<fem::RodInternalForces> inside = find_all_internal_forces(model, state);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const std::string file = name(model.bodies.size() + i, model.instruments[i].name, ".vtp");
         if (auto written = write_vtp(folder / file, {state.instruments[i].skin, model.instruments[i].skin.triangles}); !written)
             return written.error();
         const std::string axis = name(model.bodies.size() + i, model.instruments[i].name + "_axis", ".vtp");
-        if (auto written = write_axis(folder / axis, model.instruments[i], state.instruments[i]); !written) return written.error();
+        if (auto written = write_axis(folder / axis, model.instruments[i], state.instruments[i], inside[i]); !written) return written.error();
     }
     return files;
 }

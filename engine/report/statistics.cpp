@@ -162,6 +162,8 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     largest_imbalance_n = std::max(largest_imbalance_n, report.balance_n);
     largest_exchange_gap_n = std::max(largest_exchange_gap_n, report.exchange_gap_n);
     slowed_steps += report.slowed_rods > 0;
+    stretched_steps += report.rod_stretch > kMostStretch;
+    largest_stretch = std::max(largest_stretch, report.rod_stretch);
     self_contacts += report.self_contacts;
     self_held_steps += report.self_held > 0;
     instrument_contacts += report.instrument_contacts;

@@ -75,11 +75,12 @@ struct RunStatistics {
     std::uint64_t exact_contacts = 0, pressing_contacts = 0; // what continuous tests found; places where instruments press on their walls
     std::uint64_t contacts = 0, unresolved = 0, assumed = 0, lumen_exits = 0, exit_steps = 0, unproven_steps = 0;
     std::uint64_t passed_places = 0, passed_steps = 0, softened = 0, deep_steps = 0, unconverged_solves = 0,
-                  unconverged_steps = 0, unproven_solids = 0, unproven_solid_steps = 0, unsettled_rods = 0, unsettled_steps = 0, slowed_steps = 0, self_contacts = 0,
+                  unconverged_steps = 0, unproven_solids = 0, unproven_solid_steps = 0, unsettled_rods = 0, unsettled_steps = 0, slowed_steps = 0, stretched_steps = 0, self_contacts = 0,
                   self_held_steps = 0, instrument_contacts = 0, instrument_held_steps = 0;
     double packing_density = -1.0, largest_self_n = 0.0; // [-] last; N, sum of normal forces of instruments on themselves
     double largest_instrument_n = 0.0;                // N, the same on one another
     double largest_bore_excess_m = 0.0;               // m
+    double largest_stretch = 0.0;                     // [-] of a rod's segment
     std::uint64_t beyond_bore_steps = 0;
     std::uint64_t raised_steps = 0; // in which a body took more sub-steps than time.substeps asks for
     std::uint64_t explicit_bodies = 0, explicit_steps = 0; // implicit steps that did not converge; steps with any
@@ -89,6 +90,8 @@ struct RunStatistics {
 
     /// [-], of the thinner body's thickness: solids that lie deeper in one another than that visibly penetrate.
     static constexpr double kDeep = 0.25;
+    /// [-] of a rod's segment; metals and polymers of devices break, or fold, before.
+    static constexpr double kMostStretch = 0.1;
 
     void reserve(std::uint64_t step_count);
     /// budget_ms  limit of a step, infinity where the budget is no time

@@ -127,6 +127,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("rod_balance_n", "N", "Largest sum of handle, contact, load and inertia forces over an instrument; 0 is a perfect balance.", row.r.balance_n),
     TROCAR_COLUMN("rod_unsettled", "", "Stages of instruments whose contact forces had not settled when the iteration ended.", row.r.unsettled_rods),
     TROCAR_COLUMN("rod_slowed", "", "Instruments that were slowed because they would have moved farther than the wall near them was known.", row.r.slowed_rods),
+    TROCAR_COLUMN("rod_stretch", "[-]", "Largest share by which a segment of an instrument is longer or shorter than at rest.", row.r.rod_stretch),
     TROCAR_COLUMN("pressing_contacts", "", "Places where an instrument presses on its wall.", row.r.pressing_contacts),
     TROCAR_COLUMN("rod_iterations", "", "Newton iterations of all instruments in the step.", row.r.rod_iterations),
     TROCAR_COLUMN("self_contacts", "", "Places where instruments press on themselves.", row.r.self_contacts),

@@ -235,6 +235,8 @@ const JsonKey<RunRecord> kSummaryKeys[] = {
     TROCAR_SUMMARY_KEY("largest_exchange_gap_n", "N", "Largest difference between what instruments push their walls with at a step's end and what the tissue felt of it then.",
                        of_instruments(r, r.statistics.largest_exchange_gap_n)),
     TROCAR_SUMMARY_KEY("rod_slowed_steps", "", "Steps in which an instrument was slowed.", of_instruments(r, r.statistics.slowed_steps)),
+    TROCAR_SUMMARY_KEY("largest_rod_stretch", "[-]", "Largest share by which a segment of an instrument was longer or shorter than at rest.", of_instruments(r, r.statistics.largest_stretch)),
+    TROCAR_SUMMARY_KEY("rod_stretched_steps", "", "Steps in which that was more than a tenth.", of_instruments(r, r.statistics.stretched_steps)),
     TROCAR_SUMMARY_KEY("self_contacts_total", "", "Places where instruments pressed on themselves, over all steps; with the effect alone.",
                        of_self_contact(r, r.statistics.self_contacts)),
     TROCAR_SUMMARY_KEY("self_held_steps", "", "Steps that took only a part of an instrument's motion, to keep it from passing through itself.",

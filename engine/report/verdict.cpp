@@ -137,6 +137,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,
                                    "They would have moved by more than 1.2 mm in a step, farther than the wall near them was known. Shorter "
                                    "steps show such snaps."));
+    if (t.stretched_steps > 0)
+        losses.push_back(loud(make_loss("Rods stretched beyond what they are", t.stretched_steps,
+                                        fmt::format("in {}, by up to {:.3g} % of a segment", of_steps(t.stretched_steps, record), 100.0 * t.largest_stretch), Mark::Bad,
+                                        "A rod is all but inextensible: one of metal or polymer has broken, or folded, long before. A clamped tip whose rod is drawn back, or a load of far too many "
+                                        "newtons, does this (rod_stretch in steps.csv).")));
     if (t.self_held_steps > 0)
         losses.push_back(make_loss("Rods held before themselves", t.self_held_steps, fmt::format("in {}", of_steps(t.self_held_steps, record)),
                                    Mark::Note, "Only a part of their motion was proven not to pass through themselves, and that part was taken "

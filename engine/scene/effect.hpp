@@ -107,7 +107,7 @@ struct RodLoads {
     double friction = 0.0;            // Coulomb mu, against every wall
     std::vector<fem::RodFlow>& flow;  // [node_count] of the fluid around it; empty: none
     std::vector<Vec3>& force;         // [node_count] N, constant over the step; empty: none
-    double tip_torque = 0.0;          // N m about the tip's own axis
+    fem::RodTipLoad tip = {};         // on top of that
     std::vector<Vec3>& scratch;       // of the effects, for each lumen one
 };
 

@@ -56,6 +56,7 @@ struct StepReport {
     unsigned drive_stops = 0;          // instruments whose drive was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;      // always 0: forces are cut neither for the rod nor for the wall
     unsigned slowed_rods = 0;         // instruments that would have moved farther in this step than planes of their wall tell of: dragged
+    double rod_stretch = 0.0;         // [-] largest share by which a segment of an instrument is longer or shorter than at rest
     std::uint64_t self_contacts = 0;  // places where instruments press on themselves
     unsigned self_held = 0;           // instruments of whose motion only a part was proven not to pass through themselves, and taken
     std::uint64_t instrument_contacts = 0; // places where instruments press on one another

@@ -167,15 +167,19 @@ private:
     /// Inside the bore a force on the inner rod is one on the outer rod's nearest node.
     void join_forces() noexcept {
         work_.force.clear();
-        if (outer_.drive.force.empty() && inner_.drive.force.empty()) return;
+        const Vec3 &outer_tip = outer_.workspace.tip_force, &inner_tip = inner_.workspace.tip_force;
+        if (outer_.drive.force.empty() && inner_.drive.force.empty() && outer_tip.isZero(0.0) && inner_tip.isZero(0.0)) return;
         work_.force.assign(nodes_ + free_count(), Vec3::Zero());
         std::copy(outer_.drive.force.begin(), outer_.drive.force.end(), work_.force.begin());
-        for (std::size_t i = 0; i < inner_.drive.force.size(); ++i) {
-            const double arc = arc_of(inner_.model, inner_.state.insertion, static_cast<double>(i)); // from the port
-            const double behind_tip = std::max(0.0, outer_.state.insertion - arc) / outer_.model.segment;
-            const auto under = nodes_ - 1 - std::min(nodes_ - 1, static_cast<std::size_t>(behind_tip + 0.5));
-            work_.force[i >= free_ ? nodes_ + i - free_ : under] += inner_.drive.force[i];
-        }
+        work_.force[nodes_ - 1] += outer_tip;
+        for (std::size_t i = 0; i < inner_.drive.force.size(); ++i) force_under(i) += inner_.drive.force[i];
+        force_under(inner_.model.node_count() - 1) += inner_tip;
+    }
+    [[nodiscard]] Vec3& force_under(std::size_t i) noexcept {
+        if (i >= free_) return work_.force[nodes_ + i - free_];
+        const double arc = arc_of(inner_.model, inner_.state.insertion, static_cast<double>(i)); // from the port
+        const double behind_tip = std::max(0.0, outer_.state.insertion - arc) / outer_.model.segment;
+        return work_.force[nodes_ - 1 - std::min(nodes_ - 1, static_cast<std::size_t>(behind_tip + 0.5))];
     }
 
     /// The inner rod's planes at the same arc length of the chain.
@@ -294,6 +298,7 @@ RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double
         for (const CoaxialRod* rod : {&outer, &inner}) {
             rod->state.insertion = insertion_t0[which] + fraction * (rod->drive.insertion - insertion_t0[which]);
             rod->state.rotation = rotation_t0[which] + fraction * (rod->drive.rotation - rotation_t0[which]);
+            set_tip_load(rod->drive, (k - 0.5) * dt, rod->workspace); // its mean: a step gives its integral
             ++which;
         }
         CoaxialStep joint(outer, inner, dt, work);
@@ -301,6 +306,20 @@ RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double
         if (k == substeps) joint.add_energy(report);
     }
     return report;
+}
+
+void part_tension(const RodModel& outer, const RodState& outer_state, const RodModel& inner, const RodState& inner_state, RodInternalForces& outer_inside,
+                  RodInternalForces& inner_inside) noexcept {
+    const Index free = first_free_node(inner, inner_state.insertion, outer_state.insertion);
+    double at_mouth = 0.0; // N
+    if (free > 0 && free < inner.node_count()) {
+        const double rest = arc_of(inner, inner_state.insertion, static_cast<double>(free)) - outer_state.insertion;
+        const double length = std::sqrt((inner_state.position[free] - outer_state.position.back()).squaredNorm());
+        at_mouth = inner.stretch_stiffness[free - 1] * inner.segment / rest * (length - rest);
+    }
+    const auto first_segment = [](const RodModel& model, const RodState& state) { return std::max<Index>(first_inserted_node(model, state.insertion), 1) - 1; };
+    for (std::size_t i = first_segment(inner, inner_state); i < std::min<std::size_t>(free, inner.node_count() - 1); ++i) inner_inside.tension[i] = at_mouth;
+    for (std::size_t i = first_segment(outer, outer_state); i + 1 < outer.node_count(); ++i) outer_inside.tension[i] -= at_mouth;
 }
 
 } // namespace trocar::fem

@@ -5,11 +5,12 @@
 // sum of both stiffnesses about the mean of both rest shapes, weighted by them. So neither a wire much stiffer than the
 // catheter nor one much softer needs a shorter step. Along the axis both slide freely on each other: each has its own drive.
 // Deviations: no play between wire and catheter; no friction between them; what presses along the axis on the wire's free end
-// is passed to the catheter's tip, as both are one column to the vessel; torsional wind-up, where the rods have torsion, is each rod's
+// shortens the catheter, as both are one column to the vessel (part_tension tells who carries it); torsional wind-up, where the rods have torsion, is each rod's
 // own, without force on the centre line and without friction torque.
 #pragma once
 
 #include "fem/rod/rod.hpp"
+#include "fem/rod/rod_internal.hpp"
 
 namespace trocar::fem {
 
@@ -42,5 +43,10 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
 /// returns  of the chain; the first bad node counts through the outer rod, then the free part of the inner one
 RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double step, unsigned substeps,
                         CoaxialWorkspace& workspace) noexcept;
+
+/// The joint chain knows the tension of both together; here each gets its own. Without friction in the bore the inner rod's is all along it what it is at
+/// the bore's mouth; the rest is the outer one's. What pulls or weighs on the inner rod within the bore counts to the outer one's.
+void part_tension(const RodModel& outer, const RodState& outer_state, const RodModel& inner, const RodState& inner_state, RodInternalForces& outer_inside,
+                  RodInternalForces& inner_inside) noexcept;
 
 } // namespace trocar::fem

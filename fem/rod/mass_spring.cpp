@@ -35,6 +35,7 @@ public:
         for (std::size_t i = first_; i < nodes; ++i) {
             Vec3 load = model_.mass[i] * drive_.gravity;
             if (!drive_.force.empty()) load += drive_.force[i];
+            if (i + 1 == nodes) load += work_.tip_force;
             body_ += load;
             work_.from_velocity[i] = state_.velocity[i];
             state_.velocity[i] += dt_ / model_.mass[i] * (work_.force[i] + load);
@@ -210,6 +211,7 @@ RodReport solve_mass_spring(const RodModel& model, RodState& state, double step,
         state.rotation = rotation_t0 + fraction * (drive.rotation - rotation_t0);
         first = first_inserted_node(model, state.insertion);
         find_rest_bend(model, state, drive.port, work);
+        set_tip_load(drive, (k - 0.5) * dt, work); // its mean: a step gives its integral
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
         for (std::size_t i = first; i < model.node_count(); ++i)
             farthest_sq = std::max(farthest_sq, (state.position[i] - work.start[i]).squaredNorm());

@@ -1,4 +1,4 @@
-// What a rod is built of, and the fluid that it lies in: what is said of it from outside. rod_model.hpp is what is made of that.
+// What a rod is built of, the fluid that it lies in, and what pulls on its tip: what is said of it from outside. rod_model.hpp is what is made of that.
 #pragma once
 
 #include "base/vec.hpp"
@@ -52,6 +52,12 @@ struct RodDesign {
 
 /// rad a node of a pigtail or a curve; a polygon with sharper corners is no loop.
 inline constexpr double kSharpestNode = 0.8;
+
+/// A force and a torque on a rod's tip, in a straight line over the step.
+struct RodTipLoad {
+    Vec3 force = Vec3::Zero(), force_rate = Vec3::Zero(); // N at the step's start, N/s
+    double torque = 0.0, torque_rate = 0.0;               // N m about the tip's own axis, of a rod with torsion; N m/s
+};
 
 /// Of the fluid at one node of a rod.
 struct RodFlow {

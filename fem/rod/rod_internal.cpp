@@ -43,4 +43,14 @@ RodInternalForces find_internal_forces(const RodModel& model, const RodState& st
     return out;
 }
 
+double find_largest_stretch(const RodModel& model, const RodState& state) noexcept {
+    const std::size_t first = first_inserted_node(model, state.insertion), last = model.node_count() - 2; // what clamps the tip may hold it beyond the port
+    double most = 0.0;
+    for (std::size_t i = std::min(first > 0 ? first - 1 : 0, last); i <= last; ++i) {
+        const double length = std::sqrt((state.position[i + 1] - state.position[i]).squaredNorm()), rest = rest_length(model, i);
+        most = std::max(most, std::abs(length - rest) / rest);
+    }
+    return most;
+}
+
 } // namespace trocar::fem

@@ -17,4 +17,7 @@ struct RodInternalForces {
 /// O(nodes); allocates.
 [[nodiscard]] RodInternalForces find_internal_forces(const RodModel& model, const RodState& state, const RodPort& port);
 
+/// Largest share, [-], by which a segment beyond the port, or the one in it, is longer or shorter than at rest.
+[[nodiscard]] double find_largest_stretch(const RodModel& model, const RodState& state) noexcept;
+
 } // namespace trocar::fem

@@ -115,7 +115,7 @@ struct RodDrive {
     double friction = 0.0;             // Coulomb mu
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
-    double tip_torque = 0.0;           // N m about the tip's own axis, of a rod with torsion
+    RodTipLoad tip = {};
     std::optional<RodClamp> clamp = {}; // of the tip; none: it is free
     bool rough = false;                // to kRoughTolerance is enough: a look ahead that is solved again
 };
@@ -169,6 +169,8 @@ struct RodWorkspace {
     std::vector<Vec3> step_start, step_velocity;       // [node_count] m, m/s, at the sub-step's start
     std::vector<std::uint8_t> touched;                 // [node_count] a plane pressed on it in the last stage
     std::vector<Vec3> force;                           // [node_count] N; of masses and springs
+    Vec3 tip_force = Vec3::Zero();                     // N, of RodDrive::tip in this stage
+    double tip_torque = 0.0;                           // N m, the same
     std::vector<Vec3> binormal, edge;                  // [node_count] with torsion, as are the next: see rod_twist.cpp
     std::vector<double> before, after, writhe;         // [node_count] 1/m, 1/m, rad
     std::vector<double> start_angle;                   // [node_count] rad

@@ -44,6 +44,7 @@ public:
             state_->insertion = insertion_t0_ + fraction * (drive_->insertion - insertion_t0_);
             state_->rotation = rotation_t0_ + fraction * (drive_->rotation - rotation_t0_);
         }
+        set_tip_load(*drive_, fraction * step_, *work_);
         first_ = first_inserted_node(*model_, state_->insertion);
         if (first_ == 0 && twists() && state_->root.isZero(0.0)) free_frames(drive_->port, *state_);
         twist_.emplace(*model_, *state_, *drive_, dt_, first_, *work_);

@@ -221,6 +221,7 @@ protected:
     }
 
     void add_inertia(Band& band) noexcept {
+        if (first_ < model_.node_count()) push_body(model_.node_count() - 1, work_.tip_force);
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
             const double pace = work_.pace[i], mass = damped_mass(model_, i, pace);
             const Vec3 moved = state_.position[i] - work_.from[i];

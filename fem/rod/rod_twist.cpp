@@ -147,7 +147,7 @@ void RodTwist::assemble_row(std::size_t i) noexcept {
 
 void RodTwist::assemble() noexcept {
     for (std::size_t i = first_; i < model_.node_count(); ++i) assemble_row(i);
-    work_.turn.back() += drive_.tip_torque;
+    work_.turn.back() += work_.tip_torque;
     hold_tip();
 }
 

@@ -234,9 +234,9 @@ Whip turn_in_bend(int segments, double rest_curvature, double tube_curvature) {
 
 double wound_by_torque(int segments) {
     RodTrial rod(kLength, segments, 5e-3 * kLength, true);
-    rod.drive.tip_torque = 0.5 * rod.twisting / kLength; // half a radian
+    rod.drive.tip.torque = 0.5 * rod.twisting / kLength; // half a radian
     rod.settle();
-    return rod.drive.tip_torque * kLength / rod.twisting / rod.state.angle.back();
+    return rod.drive.tip.torque * kLength / rod.twisting / rod.state.angle.back();
 }
 
 } // namespace trocar::fem

@@ -1,6 +1,7 @@
 // What a scene pulls its bodies with, what it moves them by, and how they start.
 #include "engine/io/write_mesh.hpp"
 #include "engine/prepare/scripted_motion.hpp"
+#include "engine/report/statistics.hpp"
 #include "engine/scene/presets.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "fem/mesh/bar_mesh.hpp"
@@ -82,6 +83,25 @@ TEST(Loads, AForceOnATipBendsItsRodAsACantileverForAsLongAsItActs) {
     EXPECT_NEAR(simulator.report().tip.y(), 0.0, 0.01 * bent);
 }
 
+TEST(Loads, AForceOnATipGivesAFreeRodItsIntegralOverTimeWhateverTheStep) {
+    const std::string rows = "[[0, 0], [0.0513, 0.4], [0.0514, 0.1], [0.137, 1], [0.1384, 0]]";
+    const double wanted = 4e-5 * (0.5 * 0.0513 * 0.4 + 0.0001 * 0.25 + 0.5 * (0.137 - 0.0514) * 1.1 + 0.5 * 0.0014);
+    for (const double step : {0.001, 0.004, 0.0073}) {
+        std::string text = rod_scene(fmt::format(R"(, "detachable": true, "tip_load": {{"force": [0, 0, 4e-5], "over": {}}})", rows));
+        const auto replace = [&](std::string_view old, std::string_view now) { text.replace(text.find(old), old.size(), now); };
+        replace(R"("step": 0.005)", fmt::format(R"("step": {})", step));
+        replace(R"("length": 120)", R"("length": 50)");
+        replace(R"("drag": 100)", R"("drag": 0)");
+        const PreparedScene prepared = test::prepare(text);
+        Simulator simulator = run(prepared, static_cast<int>(0.15 / step + 1.0));
+        double momentum = 0.0; // kg m/s
+        for (std::size_t i = 0; i < prepared.model.instruments[0].rod.node_count(); ++i)
+            momentum += prepared.model.instruments[0].rod.mass[i] * simulator.state().instruments[0].rod.velocity[i].z();
+        std::printf("margin: steps of %.1f ms: momentum / integral of the rows = 1 %+.2g\n", 1e3 * step, momentum / wanted - 1.0);
+        EXPECT_NEAR(momentum / wanted, 1.0, 1e-6);
+    }
+}
+
 TEST(Loads, AForceOnATipWithoutTheEffectIsNone) {
     const PreparedScene prepared =
         test::prepare(rod_scene(R"(, "tip_load": {"force": [0, 0.001, 0]})", R"("coarse_contact", "exact_contact")"));
@@ -114,6 +134,20 @@ TEST(TipClamp, HoldsMovesAndTurnsATipAsItsRowsSay) {
     EXPECT_LT((along - Vec3(std::sin(0.3), 0, std::cos(0.3))).norm(), 1e-9);
     EXPECT_NEAR(simulator.report().handle_torque_nm, -0.4 * kRodStiffness / 1.4 / 0.04875, 0.1 * 0.4 * kRodStiffness / 1.4 / 0.04875);
     EXPECT_LT(simulator.report().balance_n, 1e-3);
+}
+
+TEST(TipClamp, ARodThatIsDrawnBackFromItSaysByHowMuchItIsStretched) {
+    std::string scene = rod_scene(R"(, "tip_clamp": {})");
+    scene.replace(scene.find("[[0, 50, 0], [10, 50, 0]]"), 25, "[[0, 50, 0], [1, 10, 0]]");
+    const PreparedScene prepared = test::prepare(scene);
+    Simulator simulator = run(prepared, 10);
+    EXPECT_GT(simulator.report().rod_stretch, 0.005);
+    EXPECT_LT(simulator.report().rod_stretch, 0.1);
+    for (int k = 0; k < 190; ++k) (void)simulator.step();
+    EXPECT_GT(simulator.report().rod_stretch, 1.0);
+    RunStatistics statistics;
+    statistics.add(simulator.report(), 1e9, 0);
+    EXPECT_EQ(statistics.stretched_steps, 1u);
 }
 
 TEST(TipClamp, LetsATipThatSlidesComeNearerAndSavesAndForksToTheSameBits) {

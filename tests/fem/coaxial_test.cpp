@@ -71,6 +71,28 @@ TEST(Coaxial, AStraightWireStraightensAJTipInTheRatioOfTheStiffnesses) {
     }
 }
 
+TEST(Coaxial, EachRodCarriesWhatPullsOnItAndBothTogetherWhatTheJointOneCarries) {
+    for (const double in : {0.0601, 0.0617, 0.08, 0.05}) // a wire that ends right beyond the catheter's tip, far beyond it, and in the bore
+        for (const Vec3& pull : {Vec3(0.05, 0, 0), Vec3(-0.02, 0, 0)}) {
+            RodDesign straight = j_catheter();
+            straight.tip = TipShape::Straight;
+            Pair pair(straight, straight_wire(20e9), 0.06, in);
+            const Vec3 own(0.03, 0, 0);
+            pair.outer_drive.tip.force = own;
+            pair.inner_drive.tip.force = pull;
+            pair.rest();
+            RodInternalForces outer = find_internal_forces(pair.outer, pair.outer_state, pair.outer_drive.port);
+            RodInternalForces inner = find_internal_forces(pair.inner, pair.inner_state, pair.inner_drive.port);
+            const std::size_t middle = pair.outer.node_count() - 12; // before the wire's tip
+            const double joint = outer.tension[middle];
+            EXPECT_NEAR(joint, own.x() + pull.x(), 1e-6);
+            part_tension(pair.outer, pair.outer_state, pair.inner, pair.inner_state, outer, inner);
+            const bool beyond = in > 0.06;
+            EXPECT_NEAR(outer.tension[middle], beyond ? own.x() : joint, 1e-6) << in;
+            for (std::size_t i = first_inserted_node(pair.inner, in); i + 1 < pair.inner.node_count(); ++i) EXPECT_NEAR(inner.tension[i], beyond ? pull.x() : 0.0, 1e-6) << in << ' ' << i;
+        }
+}
+
 TEST(Coaxial, WithdrawnBehindTheTipTheWireLetsItBendAgain) {
     Pair pair(j_catheter(), straight_wire(20e9), 0.06, 0.08);
     pair.rest();

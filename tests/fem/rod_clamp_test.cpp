@@ -14,10 +14,10 @@ TEST(RodClamp, ATorqueOnAStraightTipTwistsItByTorqueTimesLengthOverStiffnessAndT
     for (int trial = 0; trial < 10; ++trial) {
         const double length = dice.between(0.05, 0.2), turn = dice.between(-3.0, 3.0);
         RodTrial rod(length, 20 + trial, dice.between(0.2e-3, 1e-3), true);
-        rod.drive.tip_torque = turn * rod.twisting / length;
+        rod.drive.tip.torque = turn * rod.twisting / length;
         rod.settle();
         EXPECT_NEAR(rod.state.angle.back(), turn, 1e-6 * std::abs(turn));
-        EXPECT_NEAR(rod.step(0.05).handle_torque, -rod.drive.tip_torque, 1e-6 * std::abs(rod.drive.tip_torque));
+        EXPECT_NEAR(rod.step(0.05).handle_torque, -rod.drive.tip.torque, 1e-6 * std::abs(rod.drive.tip.torque));
         EXPECT_LT((rod.tip() - Vec3(length, 0, 0)).norm(), 1e-9);
     }
 }

@@ -21,7 +21,9 @@ static void push(const BodyLoad& load, double factor, const fem::TissueModel& ti
         force[load.nodes[k]] += factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
 }
 
-static LoadLine factor_over(const BodyLoad& load, double from, double to) { return load.over.empty() ? LoadLine{} : fit_rows(load.over, from, to); }
+static LoadLine factor_over(const std::vector<LoadRow>& rows, const EffectStep& step) {
+    return rows.empty() ? LoadLine{} : fit_rows(rows, step.time_t1 - step.model.step_s, step.time_t1);
+}
 
 /// A spring pushes one way only: two of them along every axis hold. Between the factors at the step's start and end, which are not negative, it goes linearly.
 static void hold_nodes(const BodyLoad& load, const EffectStep& step, const fem::TissueModel& tissue, fem::ContactSprings& springs) {
@@ -53,7 +55,7 @@ static void load_body(const EffectStep& step, std::size_t body, const State&, Ti
             hold_nodes(load, step, tissue, acting.springs);
             continue;
         }
-        const auto [first, rate] = factor_over(load, step.time_t1 - step.model.step_s, step.time_t1);
+        const auto [first, rate] = factor_over(load.over, step);
         if (load.kind == LoadKind::Pressure) {
             for (const Triangle& face : load.faces) acting.pressures.push_back({face, first * load.number, rate * load.number});
             continue;
@@ -69,10 +71,9 @@ static void load_tip(const EffectStep& step, std::size_t index, State&, RodLoads
     const InstrumentModel& instrument = step.model.instruments[index];
     if (!step.live.loads || !is_loaded(instrument)) return;
     step.counts.note(effects::loads);
-    const double factor = instrument.tip_over.empty() ? 1.0 : evaluate_rows(instrument.tip_over, step.time_t1);
-    acting.force.resize(instrument.rod.node_count(), Vec3::Zero());
-    acting.force.back() += factor * instrument.tip_force;
-    acting.tip_torque += factor * instrument.tip_torque;
+    const auto [first, rate] = factor_over(instrument.tip_over, step);
+    acting.tip.force += first * instrument.tip_force, acting.tip.force_rate += rate * instrument.tip_force;
+    acting.tip.torque += first * instrument.tip_torque, acting.tip.torque_rate += rate * instrument.tip_torque;
 }
 
 static std::size_t count_loads(const SceneModel& model) {

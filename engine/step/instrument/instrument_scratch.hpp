@@ -66,7 +66,8 @@ struct InstrumentScratch {
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
     std::vector<Vec3> force;
     Vec3 acceleration = Vec3::Zero();
-    double friction = 0.0, tip_torque = 0.0;
+    double friction = 0.0;
+    fem::RodTipLoad tip;
     std::optional<fem::RodClamp> clamp; // at the step's end
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::span<const spheretree::LinkStatus> proven; // [links] what the traversal of this step proved of its links; empty: nothing

@@ -6,6 +6,7 @@
 #include "engine/step/instrument/wall_exchange.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "fem/rod/bore_contact.hpp"
+#include "fem/rod/rod_internal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -180,7 +181,7 @@ void load_instruments(const SceneModel& model, const EffectSet& live, State& sta
             if (effect->load_rod != nullptr) call(*effect, step, [&](const EffectStep& own_step) { effect->load_rod(own_step, i, state, loads); });
         own.acceleration = loads.acceleration;
         own.friction = loads.friction;
-        own.tip_torque = loads.tip_torque;
+        own.tip = loads.tip;
         if (model.instruments[i].tip_hold) own.clamp = find_tip_clamp(model.instruments[i], step.time_t1);
         own.meets_itself = live.self_contact && model.instruments[i].self_contact;
         if (own.meets_itself) report.effects.note(effects::self_contact);
@@ -200,7 +201,7 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
     drive.friction = scratch.friction;
     drive.flow = scratch.flow;
     drive.force = scratch.force;
-    drive.tip_torque = scratch.tip_torque;
+    drive.tip = scratch.tip;
     drive.clamp = scratch.clamp;
     return drive;
 }
@@ -353,6 +354,7 @@ void report_rods(const SceneModel& model, const State& state, const RodsScratch&
         report.rod_iterations += rods.instruments[i].iterations;
         report.unsettled_rods += rod.unconverged;
         report.slowed_rods += rods.instruments[i].slowed;
+        report.rod_stretch = std::max(report.rod_stretch, fem::find_largest_stretch(model.instruments[i].rod, state.instruments[i].rod));
         for (const fem::RodPlane& plane : state.instruments[i].self_planes) {
             if (!(plane.force > 0.0)) continue;
             ++report.self_contacts;
