@@ -10,13 +10,13 @@ namespace trocar::fem {
 
 [[nodiscard]] inline Vec3 second_difference(const std::vector<Vec3>& x, std::size_t i) noexcept { return x[i - 1] - 2.0 * x[i] + x[i + 1]; }
 
-/// m, of segment i at rest.
 /// What pulls on the tip at a time since the step's start, s.
 inline void set_tip_load(const RodDrive& drive, double since, RodWorkspace& work) noexcept {
     work.tip_force = drive.tip.force + since * drive.tip.force_rate;
     work.tip_torque = drive.tip.torque + since * drive.tip.torque_rate;
 }
 
+/// m, of segment i at rest.
 [[nodiscard]] inline double rest_length(const RodModel& model, std::size_t i) noexcept {
     return model.rest_length.empty() ? model.segment : model.rest_length[i];
 }

@@ -36,9 +36,14 @@ struct RodTrial {
         bending = design.young_modulus * 0.25 * std::numbers::pi * std::pow(radius, 4);
         twisting = bending / (1.0 + design.poisson_ratio);
         drive.port = {Vec3::Zero(), Vec3::UnitX()};
-        drive.insertion = (segments - 1e-9) * model.segment;
-        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        insert((segments - 1e-9) * model.segment);
         force.assign(model.node_count(), Vec3::Zero());
+    }
+
+    /// Straight, so far; m
+    void insert(double length) {
+        drive.insertion = length;
+        place_rod(model, drive.port, length, 0.0, state);
     }
 
     /// N m^2, N, N m^2

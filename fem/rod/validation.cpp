@@ -76,7 +76,8 @@ double greenhill_moment(int segments) {
 double michell_twist(int segments) {
     // What has buckled gives some of its twist away: the torque falls. (The ring's plane may turn about x, which costs nothing.)
     const auto buckles = [&](double twist) {
-        RodTrial rod(kLength / (1.0 - 0.5 / segments), segments, 1e-3 * kLength, true);
+        RodTrial rod(kLength, segments, 1e-3 * kLength, true);
+        rod.insert(kLength + 0.5 * rod.model.segment); // port and clamp each end in the middle of a segment, of the same one: a whole polygon
         const double turn = 2.0 * kPi * twist * rod.bending / rod.twisting, radius = kLength / (2.0 * kPi);
         rod.wind(turn);
         for (Vec3& x : rod.state.position) {
@@ -91,7 +92,7 @@ double michell_twist(int segments) {
         return false;
     };
     double low = 0.7 * std::sqrt(3.0), high = 1.3 * std::sqrt(3.0);
-    for (int round = 0; round < 9; ++round) {
+    for (int round = 0; round < 11; ++round) {
         const double middle = 0.5 * (low + high);
         (buckles(middle) ? high : low) = middle;
     }
