@@ -12,9 +12,9 @@ target_compile_options(trocar_options INTERFACE
     # have an anonymous namespace.
     $<BUILD_INTERFACE:$<$<BOOL:${TROCAR_WERROR}>:-Werror;-Wno-error=missing-field-initializers;-Wno-error=dangling-else;-Wno-error=maybe-uninitialized;-Wno-error=subobject-linkage>>)
 if(TROCAR_SANITIZE)
-    # Vector kernels for one instruction set instead of four, and with calls for their checks: less to compile. It needs a processor with AVX2.
+    # Vector kernels for one instruction set instead of four, and with calls for their checks: less to compile. It needs a processor with AVX2 (Highway asks for AES and PCLMUL, too, else its kernels are scalar).
     target_compile_options(trocar_options INTERFACE
-        $<BUILD_INTERFACE:-fsanitize=${TROCAR_SANITIZE};-fno-omit-frame-pointer;-O1;-g1;-march=x86-64-v3>)
+        $<BUILD_INTERFACE:-fsanitize=${TROCAR_SANITIZE};-fno-omit-frame-pointer;-O1;-g1;-march=x86-64-v3;-maes;-mpclmul>)
     target_compile_definitions(trocar_options INTERFACE $<BUILD_INTERFACE:HWY_COMPILE_ONLY_STATIC>)
     if(TROCAR_SANITIZE MATCHES "address")
         target_compile_options(trocar_options INTERFACE $<BUILD_INTERFACE:--param=asan-instrumentation-with-call-threshold=0>)
