@@ -132,7 +132,7 @@ protected:
     [[nodiscard]] double handle_torque() noexcept {
         double torque = 0.0;
         if constexpr (kTwists) {
-            if (first_ == 0 || !moves(first_)) return 0.0;
+            if (first_ == 0 || moving() == 0) return 0.0; // it has left its port, or is in it all
             torque = -twist_->torque_behind(first_);
             for (const RodPlane& plane : contact_.planes())
                 if (!moves(plane.node)) torque -= (1.0 - plane.weight) * contact_.roll(plane).dot(plane.drag);

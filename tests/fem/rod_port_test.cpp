@@ -94,6 +94,24 @@ void expect_smooth_force(const RodModel& model, double from, double to, double m
     EXPECT_LT(largest, most);
 }
 
+/// Behind its port there is nothing that a handle could wind up.
+TEST(RodPort, ARodThatIsAllInItsPortIsTurnedWithoutATorque) {
+    RodDesign design = port_design();
+    design.torsion = true;
+    const RodModel model = make_rod_model(design).value();
+    RodDrive drive;
+    drive.port = kAtOrigin;
+    RodState state;
+    place_rod(model, drive.port, 0.0, 0.0, state);
+    RodWorkspace work;
+    for (int k = 1; k <= 5; ++k) {
+        drive.rotation = 0.3 * k;
+        const RodReport report = solve_rod(model, state, 0.01, 1, drive, {}, work);
+        EXPECT_EQ(report.handle_torque, 0.0);
+        EXPECT_EQ(report.handle_force, Vec3::Zero());
+    }
+}
+
 TEST(RodPort, PushedInOrDrawnOutTheTipPressesWithoutAJolt) {
     RodDesign design = port_design();
     design.drag = 40.0; // without whip_drag, whose force exceeds the rod's press
