@@ -311,12 +311,8 @@ RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double
 void part_tension(const RodModel& outer, const RodState& outer_state, const RodModel& inner, const RodState& inner_state, RodInternalForces& outer_inside,
                   RodInternalForces& inner_inside) noexcept {
     const Index free = first_free_node(inner, inner_state.insertion, outer_state.insertion);
-    double at_mouth = 0.0; // N
-    if (free > 0 && free < inner.node_count()) {
-        const double rest = arc_of(inner, inner_state.insertion, static_cast<double>(free)) - outer_state.insertion;
-        const double length = std::sqrt((inner_state.position[free] - outer_state.position.back()).squaredNorm());
-        at_mouth = inner.stretch_stiffness[free - 1] * inner.segment / rest * (length - rest);
-    }
+    // Bending is by unit edges: where the joint rod's axial strain jumps, at the mouth, it pulls along the axis as well. So the next segment but one tells.
+    const double at_mouth = free + 2 < inner.node_count() ? inner_inside.tension[free + 1] : 0.0; // N
     const auto first_segment = [](const RodModel& model, const RodState& state) { return std::max<Index>(first_inserted_node(model, state.insertion), 1) - 1; };
     for (std::size_t i = first_segment(inner, inner_state); i < std::min<std::size_t>(free, inner.node_count() - 1); ++i) inner_inside.tension[i] = at_mouth;
     for (std::size_t i = first_segment(outer, outer_state); i + 1 < outer.node_count(); ++i) outer_inside.tension[i] -= at_mouth;

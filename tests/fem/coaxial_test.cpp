@@ -72,7 +72,7 @@ TEST(Coaxial, AStraightWireStraightensAJTipInTheRatioOfTheStiffnesses) {
 }
 
 TEST(Coaxial, EachRodCarriesWhatPullsOnItAndBothTogetherWhatTheJointOneCarries) {
-    for (const double in : {0.0605, 0.0617, 0.08, 0.05}) // a wire that ends right beyond the catheter's tip, far beyond it, and in the bore
+    for (const double in : {0.0649, 0.0661, 0.08, 0.0605, 0.05}) // a wire that ends beyond the catheter's tip by a few segments, by many, by none, and in the bore
         for (const Vec3& pull : {Vec3(0.05, 0, 0), Vec3(-0.02, 0, 0)}) {
             RodDesign straight = j_catheter();
             straight.tip = TipShape::Straight;
@@ -87,9 +87,11 @@ TEST(Coaxial, EachRodCarriesWhatPullsOnItAndBothTogetherWhatTheJointOneCarries) 
             const double joint = outer.tension[middle];
             EXPECT_NEAR(joint, own.x() + pull.x(), 1e-6);
             part_tension(pair.outer, pair.outer_state, pair.inner, pair.inner_state, outer, inner);
-            const bool beyond = in > 0.06;
-            EXPECT_NEAR(outer.tension[middle], beyond ? own.x() : joint, 1e-6) << in;
-            for (std::size_t i = first_inserted_node(pair.inner, in); i + 1 < pair.inner.node_count(); ++i) EXPECT_NEAR(inner.tension[i], beyond ? pull.x() : 0.0, 1e-6) << in << ' ' << i;
+            const bool beyond = in > 0.064;
+            EXPECT_NEAR(outer.tension[middle], beyond ? own.x() : joint, 2e-3 * own.x()) << in;
+            const Index free = first_free_node(pair.inner, in, 0.06);
+            for (std::size_t i = first_inserted_node(pair.inner, in); i < std::min<std::size_t>(free, pair.inner.node_count() - 1); ++i)
+                EXPECT_NEAR(inner.tension[i], beyond ? pull.x() : 0.0, 2e-3 * own.x()) << in << ' ' << i;
         }
 }
 
