@@ -45,8 +45,8 @@ RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double
                         CoaxialWorkspace& workspace) noexcept;
 
 /// The joint chain knows the tension of both together; here each gets its own. Without friction in the bore the inner rod's is all along it what it is at
-/// the bore's mouth; the rest is the outer one's. What pulls or weighs on the inner rod within the bore counts to the outer one's; one that stands out by
-/// less than two of its segments counts as in the bore.
+/// the bore's mouth; the rest is the outer one's. What pulls or weighs on the inner rod within the bore counts to the outer one's; one of which fewer
+/// than three nodes stand out counts as in the bore.
 void part_tension(const RodModel& outer, const RodState& outer_state, const RodModel& inner, const RodState& inner_state, RodInternalForces& outer_inside,
                   RodInternalForces& inner_inside) noexcept;
 

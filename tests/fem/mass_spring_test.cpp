@@ -85,6 +85,35 @@ TEST(MassSpring, IsStableAtItsDerivedSubstepAndNotFarBeyond) {
     EXPECT_GT(beyond, 1.0);
 }
 
+TEST(MassSpring, ALoadOnItsTipGivesItsIntegralWhateverTheStep) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> any(-1.0, 1.0);
+    RodDesign design = soft_catheter();
+    design.tip = TipShape::Straight;
+    design.drag = design.transverse_drag = 0.0;
+    const RodModel model = make_rod_model(design).value();
+    for (const double step : {0.001, 0.004, 0.01}) {
+        RodDrive drive;
+        drive.port = {Vec3::Zero(), Vec3::UnitX()};
+        drive.insertion = design.length;
+        RodState state;
+        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        RodWorkspace workspace;
+        const unsigned substeps = count_mass_spring_substeps(model, step).value();
+        Vec3 given = Vec3::Zero(), momentum = Vec3::Zero(); // N s
+        double size = 0.0;
+        for (int k = 0; k < 20; ++k) {
+            drive.tip.force = 1e-5 * Vec3(any(random), any(random), any(random));
+            drive.tip.force_rate = 1e-5 / step * Vec3(any(random), any(random), any(random));
+            const Vec3 impulse = step * (drive.tip.force + 0.5 * step * drive.tip.force_rate);
+            given += impulse, size += impulse.norm();
+            (void)solve_mass_spring(model, state, step, substeps, drive, {}, workspace);
+        }
+        for (std::size_t i = 0; i < model.node_count(); ++i) momentum += model.mass[i] * state.velocity[i];
+        EXPECT_LT((momentum - given).norm(), 1e-9 * size) << step;
+    }
+}
+
 TEST(MassSpring, TellsWhenItsStiffnessAsksForTooManySubsteps) {
     RodDesign design = soft_catheter();
     design.young_modulus = 200e9;
