@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace trocar {
 namespace {
@@ -163,42 +164,46 @@ Result<void> check_edge_manifold(const TriMesh& mesh, Repair asked) {
 }
 
 /// Each vertex goes to the lowest earlier one within the tolerance that has itself stayed. Cells of the tolerance's size,
-/// sorted, find the candidates.
+/// sorted, find the candidates: a cell lists the vertices that stayed, few since they are farther apart than the tolerance.
 Result<RepairStep> weld(TriMesh& mesh, double tolerance) {
-    struct Cell {
-        std::array<long long, 3> at;
-        Index vertex;
-        bool operator<(const Cell& o) const { return at != o.at ? at < o.at : vertex < o.vertex; }
-    };
+    using Cell = std::array<long long, 3>;
     const Box3 box = mesh.bounds();
     const double size = std::max(tolerance, 1e-15 * box.longest_edge());
     if (!(size > 0.0)) return Error{ErrorCode::BadMesh, "all vertices are one point"};
     std::vector<bool> used(mesh.vertices.size(), false);
     for (const Triangle& t : mesh.triangles)
         for (const Index v : t) used[v] = true;
-    std::vector<Cell> cells;
+    const auto cell_of = [&](Index v) -> Cell {
+        const Vec3 cell = (mesh.vertices[v] - box.lo) / size;
+        return {std::llround(cell[0]), std::llround(cell[1]), std::llround(cell[2])};
+    };
+    std::vector<Cell> cells; // ascending
+    for (Index v = 0; v < mesh.vertices.size(); ++v)
+        if (used[v]) cells.push_back(cell_of(v));
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    std::vector<Index> target(mesh.vertices.size(), kNoIndex);
+    std::vector<Index> newest(cells.size(), kNoIndex);        // [cell] vertex that stayed last
+    std::vector<Index> before(mesh.vertices.size(), kNoIndex); // [vertex] the one that stayed before it in its cell
+    RepairStep step;
     for (Index v = 0; v < mesh.vertices.size(); ++v) {
         if (!used[v]) continue;
-        const Vec3 cell = (mesh.vertices[v] - box.lo) / size;
-        cells.push_back({{std::llround(cell[0]), std::llround(cell[1]), std::llround(cell[2])}, v});
-    }
-    std::vector<Cell> sorted = cells;
-    std::sort(sorted.begin(), sorted.end());
-    std::vector<Index> target(mesh.vertices.size(), kNoIndex);
-    RepairStep step;
-    for (const Cell& cell : cells) { // ascending vertices: earlier ones have their target
-        Index best = cell.vertex;
+        const Cell at = cell_of(v);
+        Index best = v;
         for (long long dx = -1; dx <= 1; ++dx)
             for (long long dy = -1; dy <= 1; ++dy) {
-                const Cell low{{cell.at[0] + dx, cell.at[1] + dy, cell.at[2] - 1}, 0};
-                const Cell high{{cell.at[0] + dx, cell.at[1] + dy, cell.at[2] + 1}, kNoIndex};
-                for (auto it = std::lower_bound(sorted.begin(), sorted.end(), low); it != sorted.end() && *it < high; ++it)
-                    if (it->vertex < best && target[it->vertex] == it->vertex &&
-                        (mesh.vertices[it->vertex] - mesh.vertices[cell.vertex]).norm() <= tolerance)
-                        best = it->vertex;
+                const Cell low{at[0] + dx, at[1] + dy, at[2] - 1}, high{at[0] + dx, at[1] + dy, at[2] + 1};
+                for (auto it = std::lower_bound(cells.begin(), cells.end(), low); it != cells.end() && *it <= high; ++it)
+                    for (Index kept = newest[static_cast<std::size_t>(it - cells.begin())]; kept != kNoIndex; kept = before[kept])
+                        if (kept < best && (mesh.vertices[kept] - mesh.vertices[v]).norm() <= tolerance) best = kept;
             }
-        target[cell.vertex] = best;
-        step.vertices_merged += best != cell.vertex;
+        target[v] = best;
+        if (best != v) {
+            ++step.vertices_merged;
+            continue;
+        }
+        const auto own = static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), at) - cells.begin());
+        before[v] = std::exchange(newest[own], v);
     }
     std::vector<bool> keep(mesh.triangles.size(), true);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

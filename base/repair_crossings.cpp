@@ -1,9 +1,9 @@
 // Crossing triangles: cut them out with a margin that grows from round to round, close the holes, test again.
 #include "base/repair_steps.hpp"
-#include "base/self_intersection.hpp"
 #include "base/topology.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace trocar::repairs {
 namespace {
@@ -43,13 +43,13 @@ std::size_t drop_leftovers(TriMesh& mesh, const std::vector<Index>& old_shell) {
 
 } // namespace
 
-Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds) {
+Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds, std::size_t max_compared) {
     if (const Result<void> check = check_edge_manifold(mesh, Repair::DropSelfIntersections); !check) return check.error();
+    const Error too_many{ErrorCode::BadMesh, "too many long triangles lie upon each other for crossings to be counted"};
     RepairStep step;
     for (int round = 0; round < most_rounds; ++round) {
-        const SelfIntersections crossings = find_self_intersections(mesh);
-        if (!crossings.complete)
-            return Error{ErrorCode::BadMesh, "too many long triangles lie upon each other for crossings to be counted"};
+        const SelfIntersections crossings = find_self_intersections(mesh, std::numeric_limits<std::size_t>::max(), Crossing::Proper, max_compared);
+        if (!crossings.complete) return too_many;
         if (crossings.count == 0) return step;
         std::vector<bool> chosen(mesh.triangles.size(), false);
         for (const auto& [a, b] : crossings.pairs) chosen[a] = chosen[b] = true;
@@ -69,9 +69,10 @@ Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds) {
         step.triangles_removed += filled->triangles_removed;
         step.vertices_split += filled->vertices_split;
     }
-    const std::size_t left = find_self_intersections(mesh, 1).count;
-    if (left == 0) return step;
-    return Error{ErrorCode::BadMesh, std::to_string(left) + " pairs of triangles still cross after " + std::to_string(most_rounds) +
+    const SelfIntersections left = find_self_intersections(mesh, 1, Crossing::Proper, max_compared);
+    if (!left.complete) return too_many;
+    if (left.count == 0) return step;
+    return Error{ErrorCode::BadMesh, std::to_string(left.count) + " pairs of triangles still cross after " + std::to_string(most_rounds) +
                                          " rounds: parts of the surface lie inside one another"};
 }
 

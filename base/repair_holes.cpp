@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMaxOptimalLoop = 800;  // cost grows with the cube: about 85 million pairs of chords to weigh
 constexpr std::size_t kMaxSearchedLoop = 400; // of whose chords all are tried: at most 80 thousand
 constexpr int kMaxFillings = 40;              // of the same loops, each without the triangles that crossed before
-constexpr double kMostWeighed = 1e9;          // triangles in all fillings together, about: seconds
+constexpr double kMostWeighed = 1e9;          // triangles in all fillings together, about: seconds; loops beyond it get fans
 constexpr double kBeside = 0.1;               // of the way to a vertex of the border
 constexpr double kRoundness = 0.01;         // of squared edge lengths beside area: among equal areas the rounder triangles
 
@@ -110,8 +110,9 @@ public:
     LoopFiller(TriMesh& mesh, const Loop& loop, const Taken& taken) : mesh_(mesh), loop_(loop), taken_(taken), n_(loop.size()) {}
 
     /// The triangles that close the loop; a fan brings a vertex of its own into the mesh.
-    [[nodiscard]] std::vector<Triangle> fill() {
-        if (n_ <= kMaxOptimalLoop && find_least_area()) return list_patch();
+    /// weighs  find the least area, where there is any
+    [[nodiscard]] std::vector<Triangle> fill(bool weighs) {
+        if (weighs && find_least_area()) return list_patch();
         return make_fan();
     }
 
@@ -245,9 +246,9 @@ public:
     std::size_t fill() {
         TriMesh best;
         std::size_t fewest = std::numeric_limits<std::size_t>::max();
-        double weighed = 0.0; // triangles, about
-        for (int round = 0; round < kMaxFillings && weighed < kMostWeighed; ++round) {
-            weighed += fill_once();
+        double asked = 0.0; // triangles, about
+        for (int round = 0; round < kMaxFillings && asked < kMostWeighed; ++round) {
+            asked += fill_once();
             const std::vector<Index> crossing = find_crossings();
             if (crossing.size() < fewest) {
                 fewest = crossing.size();
@@ -260,22 +261,26 @@ public:
     }
 
 private:
+    /// Returns how many triangles there were to weigh, about: those of fans as well, for which nothing else is to be found.
     double fill_once() {
         mesh_ = bare_;
         Taken taken{edges_, {}, piercing_, crossing_};
         loop_of_.clear();
-        double weighed = 0.0;
+        double asked = 0.0;
         for (std::size_t l = 0; l < loops_.size(); ++l) {
             const auto n = static_cast<double>(loops_[l].size());
+            const double cost = n * n * n / 6.0;
             const bool has_hub = patches_[l].size() == loops_[l].size(); // its vertex went with the last filling
             if (stale_[l] || has_hub) {
-                patches_[l] = LoopFiller(mesh_, loops_[l], taken).fill();
-                weighed += n * n * n / 6.0;
+                const bool weighs = loops_[l].size() <= kMaxOptimalLoop && weighed_ + cost <= kMostWeighed;
+                patches_[l] = LoopFiller(mesh_, loops_[l], taken).fill(weighs);
+                asked += cost;
+                if (weighs) weighed_ += cost;
             }
             add_patch(mesh_, patches_[l], taken);
             loop_of_.resize(mesh_.triangles.size() - bare_.triangles.size(), l);
         }
-        return weighed;
+        return asked;
     }
     /// The patches' triangle of each pair that crosses; of two in patches the later one.
     [[nodiscard]] std::vector<Index> find_crossings() const {
@@ -341,6 +346,7 @@ private:
     std::vector<Edge> edges_;
     std::set<Edge> piercing_;
     std::set<Triangle> crossing_;
+    double weighed_ = 0.0; // triangles of all fillings so far, about
 };
 
 /// A triangle with three open edges closes onto itself and bounds nothing.

@@ -4,6 +4,7 @@
 #include "base/mesh.hpp"
 #include "base/repair_types.hpp"
 #include "base/result.hpp"
+#include "base/self_intersection.hpp"
 
 namespace trocar::repairs {
 
@@ -15,7 +16,8 @@ namespace trocar::repairs {
 [[nodiscard]] Result<RepairStep> orient(TriMesh& mesh);
 [[nodiscard]] Result<RepairStep> drop_inner_shells(TriMesh& mesh);
 [[nodiscard]] Result<RepairStep> keep_largest(TriMesh& mesh);
-[[nodiscard]] Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds);
+/// max_compared  as of find_self_intersections; a search that gives up is an error
+[[nodiscard]] Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds, std::size_t max_compared = kMostCompared);
 
 /// Error where the step took more than it may.
 [[nodiscard]] Result<void> check_removal(const RepairStep& step, const RepairOptions& options);

@@ -1,7 +1,8 @@
-# Gives a target maker_version(): a hash of the sources of the folders that make what engine/prepare caches.
+# Gives a target maker_version(): a hash of the sources of the folders that make what engine/prepare caches, and of the readers
+# in engine/io, through which TetGen's meshes and a patient's volumes come.
 function(trocar_hash_makers target)
     set(sources "")
-    foreach(folder ${ARGN})
+    foreach(folder ${ARGN} engine/io)
         file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
         list(APPEND sources ${found})
     endforeach()

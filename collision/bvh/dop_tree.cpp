@@ -130,8 +130,9 @@ void DopTree::refit(const SurfaceMotion& motion) {
 
 void DopTree::follow(const SurfaceMotion& motion, double way) noexcept {
     motion_ = motion;
-    travelled_ += way * kRoundedWay;
-    if (way == 0.0) travelled_ = std::nextafter(travelled_, std::numeric_limits<double>::infinity()); // what is asked for is still of another motion
+    const double next = travelled_ + way * kRoundedWay;
+    // no way, or one lost in rounding: what is asked for is still of another motion
+    travelled_ = next > travelled_ ? next : std::nextafter(travelled_, std::numeric_limits<double>::infinity());
 }
 
 /// Each child by its own rows, or its cluster's bounds, as far out as the surface may have come since.

@@ -20,7 +20,7 @@
 
 namespace trocar::collision {
 
-/// The coordinates must be finite (assert).
+/// Coordinates that are not finite leave the pair unresolved, which counts as a contact at time 0.
 [[nodiscard]] CcdResult ccd_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
 [[nodiscard]] CcdResult ccd_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 

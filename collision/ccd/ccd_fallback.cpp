@@ -69,9 +69,20 @@ CcdResult decide(Differences<Count>& q, double time, const First& first, const S
     return {.decided_by = Decision::Exact};
 }
 
+template <std::size_t Count>
+bool all_finite(const std::array<SweptPoint, Count>& points) noexcept {
+    for (const SweptPoint& p : points)
+        if (!is_finite(p.t0) || !is_finite(p.t1)) return false;
+    return true;
+}
+
+/// As a sweep that is Unresolved at time 0.
+CcdResult unresolved() noexcept { return {.meets = true, .time = 0.0}; }
+
 } // namespace
 
 CcdResult run_ccd_fallback(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+    if (!all_finite(std::array{vertex}) || !all_finite(face)) return unresolved();
     const Sweep sweep = sweep_vertex_face(vertex, face, {});
     if (!sweep.hit()) return {};
     Differences<3> q = make_differences(vertex, face);
@@ -79,6 +90,7 @@ CcdResult run_ccd_fallback(const SweptPoint& vertex, const std::array<SweptPoint
 }
 
 CcdResult run_ccd_fallback(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
+    if (!all_finite(a) || !all_finite(b)) return unresolved();
     const Sweep sweep = sweep_edge_edge(a, b, {});
     if (!sweep.hit()) return {};
     Differences<4> q = make_differences(a, b);

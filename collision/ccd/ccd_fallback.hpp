@@ -9,7 +9,7 @@
 
 namespace trocar::collision {
 
-/// The coordinates must be finite (assert).
+/// Coordinates that are not finite leave the pair unresolved, which counts as a contact at time 0.
 [[nodiscard]] CcdResult run_ccd_fallback(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
 [[nodiscard]] CcdResult run_ccd_fallback(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 

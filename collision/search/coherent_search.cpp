@@ -45,7 +45,7 @@ Result<void> CoherentSearch::build(std::span<const SurfaceTopology* const> surfa
     surfaces_.assign(surfaces.begin(), surfaces.end());
     for (SurfaceIndex s = 0; s < surfaces.size(); ++s) {
         triangles_.push_back(surfaces[s]->triangles);
-        last_.emplace_back(positions[s].size());
+        last_.emplace_back(positions[s].begin(), positions[s].end()); // until a step has ended: plain steps may go before it
         add_parts(s, *surfaces[s], positions[s], parts_);
     }
     build_trees(parts_, positions, options.tree);

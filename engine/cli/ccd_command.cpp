@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <system_error>
 
 namespace trocar::engine {
 
@@ -91,8 +92,9 @@ int answer_files(const CcdRequest& request) {
     Tally total;
     std::size_t rounded = 0;
     for (const std::string& file : request.files) {
-        if (!std::filesystem::is_regular_file(file)) // the kind of a missing file is irrelevant
-            return report_error(read_file_bytes(file).error());
+        std::error_code unknown; // of links in a circle, or a folder that may not be entered: opening the file says which
+        if (!std::filesystem::is_regular_file(file, unknown)) // the kind of a missing file is irrelevant
+            if (const auto opened = read_file_bytes(file); !opened) return report_error(opened.error());
         const auto vertex_face = is_vertex_face(std::filesystem::path(file).filename().string(), request.kind);
         if (!vertex_face) return report_error({vertex_face.error().code, vertex_face.error().message, file});
         const auto read = read_ccd_queries(file);

@@ -56,6 +56,11 @@ struct Command {
 /// "error: file:line:column: key: message" on standard error; returns kExitBadInput.
 int report_error(const Error& error);
 
+/// A line on standard error. One that is closed or full loses it and ends nothing, where fmt::print throws.
+void print_to_stderr(const std::string& line);
+/// "notice: SENTENCE" there.
+void report_notice(const std::string& sentence);
+
 /// Outputs of one command, written one after another: one that fails does not prevent the others, and the exit code reports it.
 class WrittenOutputs {
 public:

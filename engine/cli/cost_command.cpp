@@ -3,6 +3,7 @@
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/experiments/cost_page.hpp"
@@ -152,7 +153,7 @@ public:
         if (!request_.resume)
             parts_->remove(rows);
         else if (parts_->count(rows) == 0)
-            fmt::print(stderr, "notice: nothing in {} belongs to this measurement; it starts from the beginning\n", out_.string());
+            report_notice(fmt::format("nothing in {} belongs to this measurement; it starts from the beginning", out_.string()));
         if (const auto made = parts_->make_folder(); !made) return report_error(made.error());
         CostPhotographer photographer(prepared_, kPictureWidth, kPictureHeight);
         if (request_.page) take_pictures(photographer, rows);
@@ -163,8 +164,8 @@ public:
         progress_.clear();
         if (!table) return report_error(table.error());
         if (table->interrupted) { // rows that are not finished are none: no table
-            fmt::print(stderr, "interrupted: {} of {} runs are finished; the same command with --resume goes on with them\n",
-                       parts_->count(rows), rows + 1);
+            print_to_stderr(fmt::format("interrupted: {} of {} runs are finished; the same command with --resume goes on with them",
+                                        parts_->count(rows), rows + 1));
             return kExitInterrupted;
         }
         if (!photographer.notice().empty()) table->notices.push_back(photographer.notice());
@@ -222,7 +223,7 @@ private:
 
     int finish(CostTable& table, std::span<const CostPicture> pictures, std::size_t rows) {
         const WrittenOutputs outputs = write_pages(out_, scene_, table, pictures, request_.page);
-        for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
+        for (const std::string& notice : table.notices) report_notice(notice);
         fmt::print("{}{} steps each{}, against the exact run   {} {}\n", cost_text(table), table.steps, start_text(table, prepared_.model.step_s), request_.page ? "report" : "table",
                    (out_ / (request_.page ? output_name::kReport : output_name::kCost)).string());
         if (outputs.all_there()) parts_->remove(rows); // else --resume writes what is missing without measuring it again
@@ -259,7 +260,7 @@ int measure(const CostRequest& request, const std::vector<NamedBudget>& budgets,
     std::error_code none;
     const bool goes_on = request.resume && std::filesystem::is_directory(measurement.out() / output_name::kParts, none);
     const bool replaces = request.force || goes_on;
-    if (const auto free = OutputFolder::check(measurement.out(), replaces); !free.ok()) return report_error(free.error());
+    if (const auto free = OutputFolder::check(measurement.out(), replaces, files_of(scene)); !free.ok()) return report_error(free.error());
     if (const auto prepared = prepare(); !prepared) return interrupt_requested() ? kExitInterrupted : report_error(prepared.error());
     const auto folder = OutputFolder::open(measurement.out(), replaces); // what an earlier one left goes only now
     if (!folder.ok()) return report_error(folder.error());

@@ -3,6 +3,7 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/episodes/make_policy.hpp"
 #include "engine/episodes/play.hpp"
 #include "engine/io/printable.hpp"
@@ -60,7 +61,7 @@ int episode(const EpisodeOptions& options) {
     if (!options.reward.empty()) std::copy(options.reward.begin(), options.reward.end(), wanted.reward.begin());
     const std::filesystem::path out =
         options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-episode") : options.out;
-    if (const auto free = OutputFolder::check(out, options.force); !free) return report_error(free.error());
+    if (const auto free = OutputFolder::check(out, options.force, files_of(*scene)); !free) return report_error(free.error());
     ProgressLine progress(!options.quiet);
     const auto show = [&](const std::string& what) { progress.show(what); };
     auto prepared = make_prepared_scene(*scene, show);
@@ -80,8 +81,9 @@ int episode(const EpisodeOptions& options) {
     if (const auto written = write_episode(*played, **task, source, out); !written) return report_error(written.error());
     print_episode(*played, out);
     if (!can_be_recorded(**task))
-        fmt::print(stderr, "notice: budget {}: how far a step gets depends on the machine, so this is no record for `trocar score`; exact or work:TESTS is\n",
-                   played->budget);
+        report_notice(fmt::format("budget {}: how far a step gets depends on the machine, so this is no record for `trocar score`; "
+                                  "exact or work:TESTS is",
+                                  played->budget));
     if (played->failure.empty()) return kExitFine;
     report_error({ErrorCode::BadValue, "the simulation ended before the episode did: " + played->failure});
     return kExitNotFinite;

@@ -2,6 +2,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/fluoroscopy/dicom.hpp"
 #include "engine/fluoroscopy/film.hpp"
 #include "engine/fluoroscopy/fluoroscope.hpp"
@@ -17,6 +18,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -76,6 +78,9 @@ int film(const FilmOptions& options) {
     if (const auto fits = check_place(options.out, "--out"); !fits) return report_error(fits.error());
     const Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
+    std::vector<std::filesystem::path> reads = files_of(*scene);
+    reads.push_back(options.like);
+    if (const auto fine = check_not_taken(options.out, reads, "--out"); !fine) return report_error(fine.error());
     ProgressLine progress(true);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
@@ -98,6 +103,7 @@ int film(const FilmOptions& options) {
         return report_error({ErrorCode::BadValue, fmt::format("{} frames of {} x {} pixels fill {:.1f} GiB; expected 1 GiB at most: fewer pixels, or a larger --every",
                                                               steps / spec->every + 1, spec->views.front().pixels[0], spec->views.front().pixels[1],
                                                               static_cast<double>(bytes) / (1u << 30))});
+    const InterruptHold hold(InterruptHold::Then::OwnerEnds); // frames that were taken become the film
     std::vector<GreyFrame> frames;
     const auto take = [&](const State& state) {
         const ConeBeam& beam = scope.project(patient, state).beam;
@@ -121,7 +127,7 @@ int film(const FilmOptions& options) {
     if (const auto written = write_file_atomically(options.out, *bytes_of_film); !written) return report_error(written.error());
     fmt::print("{} frames of {} x {} pixels, every {} steps: {}\n", frames.size(), frames.front().width, frames.front().height, spec->every, options.out.string());
     for (const std::string& notice : patient.notices()) fmt::print("notice: {}\n", notice);
-    if (code == kExitNotFinite) fmt::print(stderr, "error: {}\n", simulator.report().failure);
+    if (code == kExitNotFinite) report_error({ErrorCode::NotFinite, simulator.report().failure});
     return code;
 }
 

@@ -41,7 +41,7 @@ Result<TriMesh> read_scaled(const ImportRequest& request, ImportSource& source) 
 
 int import_vessel_surface(ImportRequest& request) {
     const std::filesystem::path out = output_of(request);
-    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
+    if (const auto free = check_import_place(request, out, {&request.file, 1}); !free.ok()) return report_error(free.error());
     ImportSource source = source_of(request);
     ProgressLine progress(!request.quiet);
     Result<TriMesh> mesh = read_scaled(request, source);
@@ -68,12 +68,14 @@ int finish_organ(const ImportedOrgan& organ, const ImportSource& source, const I
     for (const RegionSummary& region : organ.regions) fmt::print("region     {}\n", describe_region(region));
     if (!organ.regions.empty()) fmt::print("           by the cell array {}; all have the organ's material until the scene says another\n", printable(organ.labels.array));
     if (!organ.labels_note.empty()) fmt::print("region     {}\n", organ.labels_note);
-    return end_import(request, out);
+    std::vector<const char*> written{import_name::kOrganSurface, import_name::kReport, import_name::kScene};
+    if (organ.tets) written.push_back(import_name::kOrganTets);
+    return end_import(request, out, written);
 }
 
 int import_organ_file(ImportRequest& request) {
     const std::filesystem::path out = output_of(request);
-    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
+    if (const auto free = check_import_place(request, out, {&request.file, 1}); !free.ok()) return report_error(free.error());
     ImportSource source = source_of(request);
     const auto hold = hold_of(request);
     if (!hold.ok()) return report_error(hold.error());
@@ -98,7 +100,7 @@ int import_organ_file(ImportRequest& request) {
 /// A label map becomes a vessel, or an organ.
 int import_segmentation(ImportRequest& request) {
     const std::filesystem::path out = output_of(request);
-    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
+    if (const auto free = check_import_place(request, out, {&request.file, 1}); !free.ok()) return report_error(free.error());
     ImportSource source = source_of(request);
     source.facts.emplace_back("frame", "right, anterior, superior (RAS), mm; what lay in LPS is turned");
     ProgressLine progress(!request.quiet);
@@ -132,13 +134,14 @@ int import_segmentation(ImportRequest& request) {
 /// Branches without a surface: swept, blended, and then as any vessel.
 int import_curves(ImportRequest& request, Result<CurveSet> (*read)(const std::filesystem::path&)) {
     const std::filesystem::path out = output_of(request);
-    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
+    if (const auto free = check_import_place(request, out, {}); !free.ok()) return report_error(free.error());
     ImportSource source = source_of(request);
     ProgressLine progress(!request.quiet);
     const auto show = [&](const std::string& what) { progress.show(what); };
     show("reading the centrelines");
     Result<CurveSet> curves = read(request.file);
     if (!curves.ok()) return report_error(about_file(curves.error(), request.file));
+    if (const auto apart = check_import_place(request, out, curves->files); !apart.ok()) return report_error(apart.error());
     const auto options = vessel_options(request, 1e-3);
     if (!options.ok()) return report_error(options.error());
     Result<ImportedVessel> vessel = import_curve_set(*curves, *options, show);
@@ -153,12 +156,13 @@ int import_steve(ImportRequest& request) {
     if (!arch && request.file.empty())
         return report_error({ErrorCode::BadUsage, "DualDeviceNav needs the folder of its centrelines; --setup archvariety needs none", {}, 0, 0, "centrelines"});
     if (request.out.empty()) request.out = std::filesystem::path("out") / (arch ? "archvariety" : "dualdevicenav");
-    if (const auto free = OutputFolder::check(request.out, request.force); !free.ok()) return report_error(free.error());
+    if (const auto free = check_import_place(request, request.out, {}); !free.ok()) return report_error(free.error());
     ProgressLine progress(!request.quiet);
     const auto show = [&](const std::string& what) { progress.show(what); };
     Result<SteveSetup> setup = arch ? import_arch_variety(show) : import_dual_device_nav(request.file, show);
     progress.clear();
     if (!setup.ok()) return report_error(about_file(setup.error(), request.file));
+    if (const auto apart = check_import_place(request, request.out, setup->files); !apart.ok()) return report_error(apart.error());
     ImportSource source;
     source.name = arch ? "archvariety" : "dualdevicenav";
     source.file = arch ? "stEVE, ArchVariety" : request.file.string();

@@ -1,6 +1,7 @@
 #include "engine/cli/import_outputs.hpp"
 
 #include "engine/cli/progress.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/experiments/explain.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
@@ -44,12 +45,18 @@ void print_facts(const ImportSource& source, const std::vector<std::string>& rep
     for (const std::string& repair : repairs) fmt::print("repair     {}\n", printable(repair));
 }
 
-int end_import(const ImportRequest& request, const std::filesystem::path& out) {
+Result<void> check_import_place(const ImportRequest& request, const std::filesystem::path& out, std::span<const std::filesystem::path> reads) {
+    if (auto free = OutputFolder::check(out, request.force, reads); !free.ok()) return free;
+    for (const char* name : {import_name::kScene, import_name::kSurface, import_name::kStl, import_name::kCentreline, import_name::kMarkups,
+                             import_name::kReport, import_name::kExplain, import_name::kOrganSurface, import_name::kOrganTets})
+        if (auto fine = check_not_taken(out / name, reads, "--out"); !fine.ok()) return fine;
+    return {};
+}
+
+int end_import(const ImportRequest& request, const std::filesystem::path& out, const std::vector<const char*>& written) {
     if (const int tried = try_scene(request, out); tried != kExitFine) { // nothing stays that looks finished
         std::error_code ignored;
-        for (const char* name : {import_name::kScene, import_name::kSurface, import_name::kStl, import_name::kCentreline, import_name::kMarkups,
-                                 import_name::kReport, import_name::kExplain, import_name::kOrganSurface, import_name::kOrganTets})
-            std::filesystem::remove(out / name, ignored);
+        for (const char* name : written) std::filesystem::remove(out / name, ignored);
         return tried;
     }
     fmt::print("scene {}\nto see it: trocar view {}\n", (out / import_name::kScene).string(), (out / import_name::kScene).string());
@@ -80,8 +87,9 @@ int write_imported(const ImportedVessel& vessel, const ImportSource& source, con
     for (const Result<void>& written : write_vessel(vessel, source, out, scene_text)) outputs.note(written);
     if (!outputs.all_there()) return outputs.tell(out);
     print_vessel(vessel, source);
-    for (const std::string& note : vessel.notes) fmt::print(stderr, "notice: {}\n", note);
-    return end_import(request, out);
+    for (const std::string& note : vessel.notes) report_notice(note);
+    return end_import(request, out, {import_name::kSurface, import_name::kStl, import_name::kCentreline, import_name::kMarkups, import_name::kReport,
+                                     import_name::kScene});
 }
 
 } // namespace trocar::engine

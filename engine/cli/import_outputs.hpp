@@ -3,7 +3,14 @@
 
 #include "engine/cli/import_options.hpp"
 
+#include <span>
+
 namespace trocar::engine {
+
+/// Before anything is written: the output folder takes files, and none of them takes the place of one that is read.
+/// reads  files
+[[nodiscard]] Result<void> check_import_place(const ImportRequest& request, const std::filesystem::path& out,
+                                              std::span<const std::filesystem::path> reads);
 
 /// scene_text  in place of the vessel's own; empty: that
 /// Writes a vessel and its scene, prepares the scene as `run` would, and explains it. Returns the exit code.
@@ -14,7 +21,8 @@ namespace trocar::engine {
 void print_facts(const ImportSource& source, const std::vector<std::string>& repairs);
 
 /// try_scene, and where the scene is. Returns the exit code.
-[[nodiscard]] int end_import(const ImportRequest& request, const std::filesystem::path& out);
+/// written  names of this import's files, which go again where the scene does not run; files of an earlier import stay
+[[nodiscard]] int end_import(const ImportRequest& request, const std::filesystem::path& out, const std::vector<const char*>& written);
 
 /// Reads the scene back and prepares it; explain.txt where it was not asked to be left out. Returns the exit code.
 [[nodiscard]] int try_scene(const ImportRequest& request, const std::filesystem::path& out);

@@ -2,6 +2,7 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/experiments/plan_files.hpp"
@@ -56,11 +57,10 @@ void warn_of_replay(const PlanRecord& record) {
     if (record.replay.last <= tolerance) return;
     const SceneModel& model = record.prepared.model;
     const bool moves = std::any_of(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return body.moves(); });
-    fmt::print(stderr,
-               "notice: the replayed path ends {:.2f} mm from {}, beyond the tolerance of {:.3g} mm: {}, and a path "
-               "does not see that; \"follow\" in the scene does\n",
-               1e3 * record.replay.last, record.target, 1e3 * tolerance,
-               moves ? "the organs move it" : "the tip comes to rest elsewhere once the drive stops");
+    report_notice(fmt::format("the replayed path ends {:.2f} mm from {}, beyond the tolerance of {:.3g} mm: {}, and a path "
+                              "does not see that; \"follow\" in the scene does",
+                              1e3 * record.replay.last, record.target, 1e3 * tolerance,
+                              moves ? "the organs move it" : "the tip comes to rest elsewhere once the drive stops"));
 }
 
 int plan(const PlanOptions& options) {
@@ -69,7 +69,7 @@ int plan(const PlanOptions& options) {
     const std::string target = options.target.empty() ? usual_target(*scene).value_or("") : options.target;
     if (const auto aimed = aim_to_plan(*scene, target); !aimed.ok()) return report_error(aimed.error());
     const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + target) : options.out;
-    if (const auto free = OutputFolder::check(out, options.force); !free.ok()) return report_error(free.error());
+    if (const auto free = OutputFolder::check(out, options.force, files_of(*scene)); !free.ok()) return report_error(free.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
@@ -96,7 +96,7 @@ int plan(const PlanOptions& options) {
                                                    prepared->targets[scene->instruments[kLeadInstrument].follow->target].position);
     WrittenOutputs outputs;
     for (const Result<void>& written : write_plan(record, out, notices, options.page)) outputs.note(written);
-    for (const std::string& notice : notices) fmt::print(stderr, "notice: {}\n", notice);
+    for (const std::string& notice : notices) report_notice(notice);
     print_plan(record, out, options.page);
     if (record.plan.arrived) {
         warn_of_replay(record);

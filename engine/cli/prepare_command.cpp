@@ -82,7 +82,7 @@ void print_report(const MeshPreparation& made, const PrepareOptions& options, co
                    per_mille * q.outside_mean, 100.0 * q.uncovered, 100.0 * q.reachable);
     }
     fmt::print("chromatic  {} colours, {:.2f} s\n", made.colours, made.colour_seconds);
-    for (const std::string& note : made.notes) fmt::print(stderr, "notice: {}\n", note);
+    for (const std::string& note : made.notes) report_notice(note);
     fmt::print("report {}   spheres {}\n", (out / output_name::kPrepare).string(), (out / output_name::kSpheres).string());
 }
 
@@ -105,7 +105,8 @@ int prepare(PrepareRequest& request) {
     options.use_cache = !request.no_cache;
     const std::filesystem::path out = request.out.empty() ? std::filesystem::path("out") / request.mesh.stem().stem() : request.out;
 
-    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
+    const std::filesystem::path reads[] = {request.mesh, options.spheres_file}; // the second may be empty: passed over
+    if (const auto free = OutputFolder::check(out, request.force, reads); !free.ok()) return report_error(free.error());
     ProgressLine progress(!request.quiet);
     const auto made = prepare_mesh(request.mesh, options, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <new>
 #include <optional>
 #include <string_view>
@@ -23,6 +24,10 @@ int report_error(const Error& error) {
     std::fputs(fmt::format("error: {}\n", printable(error.to_string())).c_str(), stderr); // fmt::print throws where the stream is closed
     return kExitBadInput;
 }
+
+void print_to_stderr(const std::string& line) { std::fputs((line + "\n").c_str(), stderr); }
+
+void report_notice(const std::string& sentence) { print_to_stderr("notice: " + sentence); }
 
 int WrittenOutputs::tell(const std::filesystem::path& place) const {
     if (all_there()) return kExitFine;
@@ -172,10 +177,14 @@ int run_program(int argc, char** argv, AnswerBench answer_bench) {
     try {
         for (const Command& command : commands)
             if (command.app->parsed()) return end_output(command.run());
+    } catch (const std::filesystem::filesystem_error& error) {
+        return report_error({ErrorCode::FileNotFound, fmt::format("cannot be examined: {}", error.code().message()), error.path1().string()});
     } catch (const std::system_error& error) { // of fmt::print
         return report_error({ErrorCode::CannotWrite, fmt::format("an output stream cannot be written: {}", error.what())});
     } catch (const std::bad_alloc&) { // files that are to be whole are written under another name first: none is half-written
         std::fputs("error: out of memory: this input needs more than the system grants; a smaller mesh or scene would do\n", stderr);
+    } catch (const std::exception& error) {
+        return report_error({ErrorCode::ToolFailed, fmt::format("a fault of this program ended the command: {}", error.what())});
     }
     return kExitBadInput;
 }

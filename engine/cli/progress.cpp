@@ -1,5 +1,7 @@
 #include "engine/cli/progress.hpp"
 
+#include "engine/cli/commands.hpp"
+
 #include <fmt/format.h>
 
 #include <unistd.h>
@@ -20,12 +22,12 @@ void ProgressLine::log(const std::string& text) {
     const double now = since_start_.elapsed_ms();
     if (!logs_ || now - last_log_ms_ < kLogEvery) return;
     last_log_ms_ = now;
-    fmt::print(stderr, "{:.0f} s: {}\n", 1e-3 * now, text);
+    print_to_stderr(fmt::format("{:.0f} s: {}", 1e-3 * now, text));
 }
 
 void ProgressLine::show(const std::string& text) {
     if (!on_terminal_) return log(text);
-    fmt::print(stderr, "\r\033[K{:.110}", text);
+    std::fputs(fmt::format("\r\033[K{:.110}", text).c_str(), stderr);
     std::fflush(stderr);
     shown_ = true;
 }
@@ -62,7 +64,7 @@ void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepRe
 }
 
 void ProgressLine::clear() {
-    if (shown_) fmt::print(stderr, "\r\033[K");
+    if (shown_) std::fputs("\r\033[K", stderr);
     shown_ = false;
 }
 

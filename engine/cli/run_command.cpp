@@ -145,7 +145,7 @@ Taken take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t step
         const Result<void> observed = observer.after_step(simulator, report);
         if (!observed.ok()) {
             progress.clear();
-            fmt::print(stderr, "notice: {}; the run goes on without it\n", printable(observed.error().to_string()));
+            report_notice(printable(observed.error().to_string()) + "; the run goes on without it");
         }
         progress.show_step(k + 1, steps, report, simulator.budget());
         if (grants.trace != nullptr) grants.trace->add(report);
@@ -216,7 +216,7 @@ Result<void> go_on(const RunOptions& options, const Checkpoint& checkpoint, Simu
     if (auto resumed = resume(simulator, checkpoint, file); !resumed.ok()) return resumed;
     const BudgetLimits &was = checkpoint.limits, &is = simulator.budget();
     if (was.mode != is.mode || was.wall_s != is.wall_s || was.work_units != is.work_units)
-        fmt::print(stderr, "notice: {} was made under another budget; this one decides from here on\n", file.string());
+        report_notice(file.string() + " was made under another budget; this one decides from here on");
     return {};
 }
 
@@ -224,8 +224,9 @@ Result<void> go_on(const RunOptions& options, const Checkpoint& checkpoint, Simu
 int judge_replay(const RunOptions& options, const GrantRecord& record, const Taken& taken, const RunSummary& summary) {
     const std::string hash = fmt::format("{:016x}", record.state_hash);
     if (taken.left_record > 0) {
-        fmt::print(stderr, "error: {}: step {} is not the recorded one: another build of the program, or other prepared meshes\n",
-                   options.replay.string(), taken.left_record);
+        report_error({ErrorCode::BadValue,
+                      fmt::format("step {} is not the recorded one: another build of the program, or other prepared meshes", taken.left_record),
+                      options.replay.string()});
         return kExitDiffers;
     }
     if (summary.steps < record.steps.size()) { // a part was asked for, or it was interrupted
@@ -233,25 +234,21 @@ int judge_replay(const RunOptions& options, const GrantRecord& record, const Tak
         return kExitFine;
     }
     if (summary.state_hash != hash) {
-        fmt::print(stderr, "error: {}: ends in state {}, the recorded run in {}\n", options.replay.string(), summary.state_hash, hash);
+        report_error({ErrorCode::BadValue, fmt::format("ends in state {}, the recorded run in {}", summary.state_hash, hash),
+                      options.replay.string()});
         return kExitDiffers;
     }
     fmt::print("replayed bit for bit\n");
     return kExitFine;
 }
 
-/// Before anything is done: a record must not be written over what the run reads.
-Result<void> check_record_place(const RunOptions& options, const Scene& scene) {
-    std::vector<std::filesystem::path> taken{options.scene};
+/// What the run reads: nothing may be written over it.
+std::vector<std::filesystem::path> files_read(const RunOptions& options, const Scene& scene) {
+    std::vector<std::filesystem::path> files = files_of(scene);
     for (const std::filesystem::path& file : {options.path, options.replay})
-        if (!file.empty()) taken.push_back(file);
-    for (const SceneBody& body : scene.bodies)
-        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file, body.spheres})
-            if (!file.empty()) taken.push_back(file);
-    for (const SceneInstrument& instrument : scene.instruments)
-        if (!instrument.path_file.empty()) taken.push_back(instrument.path_file);
-    if (auto fine = check_not_taken(options.record_grants, taken, "--record-grants"); !fine.ok()) return fine;
-    return check_place(options.record_grants, "--record-grants");
+        if (!file.empty()) files.push_back(file);
+    if (!options.resume.empty()) files.push_back(checkpoint_file(options));
+    return files;
 }
 
 Result<void> write_record(const RunOptions& options, const PreparedScene& prepared, Simulator& simulator, GrantRecord& record) {
@@ -274,8 +271,11 @@ struct Given {
 };
 
 Result<Given> read_given(const RunOptions& options, Scene& scene) {
-    if (!options.record_grants.empty())
-        if (auto fits = check_record_place(options, scene); !fits.ok()) return fits.error();
+    const std::vector<std::filesystem::path> reads = files_read(options, scene);
+    if (!options.record_grants.empty()) {
+        if (auto fine = check_not_taken(options.record_grants, reads, "--record-grants"); !fine.ok()) return fine.error();
+        if (auto fits = check_place(options.record_grants, "--record-grants"); !fits.ok()) return fits.error();
+    }
     Given given;
     if (!options.replay.empty()) {
         auto record = read_grant_record(options.replay);
@@ -290,7 +290,8 @@ Result<Given> read_given(const RunOptions& options, Scene& scene) {
         if (!checkpoint.ok()) return checkpoint.error();
         given.checkpoint = std::move(*checkpoint);
     }
-    if (auto fits = OutputFolder::check(output_folder(options, scene), options.force); !fits.ok()) return fits.error();
+    const char* const keep = given.checkpoint ? output_name::kCheckpoint : nullptr;
+    if (auto fits = OutputFolder::check(output_folder(options, scene), options.force, reads, keep); !fits.ok()) return fits.error();
     return given;
 }
 
@@ -298,7 +299,7 @@ Result<Given> read_given(const RunOptions& options, Scene& scene) {
 int tell_missing(const RunSummary& summary, const std::filesystem::path& out, int code) {
     if (summary.missing_outputs.empty()) return code;
     for (const std::string& sentence : summary.missing_outputs) report_error({ErrorCode::CannotWrite, sentence});
-    fmt::print(stderr, "the other outputs of the {} steps are in {}\n", summary.steps, out.string());
+    print_to_stderr(fmt::format("the other outputs of the {} steps are in {}", summary.steps, out.string()));
     return code == kExitNotFinite || code == kExitDiffers ? code : kExitBadInput; // their exit codes take precedence
 }
 
@@ -308,7 +309,7 @@ int exit_code(const RunOptions& options, const RunSummary& summary, const Taken&
     if (!summary.finite) {
         const bool saved = std::none_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
                                         [](const std::string& sentence) { return sentence.starts_with(output_name::kLastGoodState); });
-        fmt::print(stderr, "error: stopped: {}; the last good state is {}saved\n", summary.failure, saved ? "" : "not ");
+        report_error({ErrorCode::NotFinite, fmt::format("stopped: {}; the last good state is {}saved", summary.failure, saved ? "" : "not ")});
         return kExitNotFinite;
     }
     if (taken.interrupted) return kExitInterrupted;
@@ -337,7 +338,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
 
-    if (const std::string culler = attach_culler(simulator); !culler.empty()) fmt::print(stderr, "notice: {}\n", culler);
+    if (const std::string culler = attach_culler(simulator); !culler.empty()) report_notice(culler);
     GrantRecord record;
     StepTrace trace;
     const Grants grants{options.record_grants.empty() ? nullptr : &record, replay, options.trace ? &trace : nullptr};
@@ -353,8 +354,8 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     if (options.trace)
         (*observer)->note_output(output_name::kTrace, write_file_atomically(observe.out / output_name::kTrace, trace.text()));
     const RunSummary summary = (*observer)->finish(simulator, wall_s, taken.interrupted);
-    for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
-    for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
+    for (const std::string& notice : (*observer)->notices()) report_notice(notice);
+    for (const std::string& note : simulator.cull_notes()) report_notice(note);
     print_summary(summary, prepared, observe.out, options.page);
     if (first_step > 0) fmt::print("resumed after step {}: rows, counts and extremes are of the steps since then\n", first_step);
     return tell_missing(summary, observe.out, exit_code(options, summary, taken, replay));

@@ -95,7 +95,7 @@ public:
         ProgressLine progress(!request_.quiet);
         const SweepForecast found = forecast_sweep(plan_, [&](const std::string& what) { progress.show(what); });
         progress.clear();
-        if (!found.failure.empty()) fmt::print(stderr, "notice: {}\n", found.failure);
+        if (!found.failure.empty()) report_notice(found.failure);
         return found.tried > 0 ? found : known;
     }
 
@@ -146,8 +146,8 @@ public:
         const std::filesystem::path place = std::filesystem::absolute(page, unknown).lexically_normal().parent_path();
         const bool is_device = std::filesystem::exists(request_.table, unknown) && !std::filesystem::is_regular_file(request_.table, unknown);
         if (!is_device) outputs.note(write_file_atomically(page, plots.text(request_.sweep.stem().string(), table, request_.out, place)));
-        for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
-        if (table.missing > 0) fmt::print(stderr, "notice: {} of {} runs are missing in the table\n", table.missing, plan_.run_count());
+        for (const std::string& notice : table.notices) report_notice(notice);
+        if (table.missing > 0) report_notice(fmt::format("{} of {} runs are missing in the table", table.missing, plan_.run_count()));
         fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows,
                    table.done, table.failed, table.missing);
         return outputs.tell({});
@@ -187,10 +187,11 @@ private:
         }
         if (interrupt_requested()) {
             const SweepStatus now = find_status(request_.out, plan_);
-            fmt::print(stderr, "interrupted: {} of {} runs are finished; the same command with --resume goes on with the others\n", now.done + now.failed, now.runs);
+            print_to_stderr(fmt::format("interrupted: {} of {} runs are finished; the same command with --resume goes on with the others",
+                                        now.done + now.failed, now.runs));
             return kExitInterrupted;
         }
-        if (!failure.empty()) fmt::print(stderr, "notice: {}\n", failure);
+        if (!failure.empty()) report_notice(failure);
         return kExitFine;
     }
 
@@ -217,7 +218,8 @@ private:
         fmt::print("{} runs: {} done, {} failed, {} missing   results {}\n", status.runs, status.done, status.failed, status.missing, request_.out.string());
         if (status.failed > 0) {
             const auto& first = status.failures.front();
-            fmt::print(stderr, "notice: {} runs failed and are rows with their reason; the first, run {}: {}\n", status.failed, first.run, first.reason);
+            report_notice(fmt::format("{} runs failed and are rows with their reason; the first, run {}: {}", status.failed, first.run,
+                                      first.reason));
         }
         const std::uint64_t missing = status.missing + status.running.size();
         if (missing == 0) return kExitFine;
@@ -288,7 +290,8 @@ int sweep(SweepRequest& request) {
     if (collects_alone) return one.collect();
     if (!is_new && !request.resume)
         return at_folder("holds results of this sweep; --resume runs what is missing, --collect makes the table, --status tells how far it is");
-    if (is_new && request.resume) fmt::print(stderr, "notice: nothing in {} belongs to this sweep; it starts from the beginning\n", request.out.string());
+    if (is_new && request.resume)
+        report_notice(fmt::format("nothing in {} belongs to this sweep; it starts from the beginning", request.out.string()));
     const auto lock = FolderLock::take(request.out);
     if (!lock) return report_error(lock.error());
     if (const auto now = inspect_folder(request.out, *plan); !now) // another sweep may have begun there just before

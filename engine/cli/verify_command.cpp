@@ -1,6 +1,7 @@
 // `verify`: do the scenes of a list still give the results that their references hold?
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/experiments/regression_page.hpp"
 
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -78,6 +80,17 @@ Result<std::vector<Case>> load_cases(const std::filesystem::path& list, bool wri
     return cases;
 }
 
+/// The page takes the place of no file that is read.
+Result<void> check_page(const std::filesystem::path& page, const std::filesystem::path& list, const std::vector<Case>& cases) {
+    std::vector<std::filesystem::path> reads{list};
+    for (const Case& one : cases) {
+        const std::vector<std::filesystem::path> files = files_of(one.scene);
+        reads.insert(reads.end(), files.begin(), files.end());
+        reads.push_back(one.entry.reference);
+    }
+    return check_not_taken(page, reads, "--page");
+}
+
 enum class Verdict { Same, Differs, Failed };
 
 Verdict write_reference(const Case& one, const Trace& now) {
@@ -138,6 +151,8 @@ int verify(const VerifyRequest& request) {
         if (const auto fits = check_place(request.page, "--page"); !fits.ok()) return report_error(fits.error());
     const auto cases = load_cases(list, request.write);
     if (!cases.ok()) return report_error(cases.error());
+    if (!request.page.empty())
+        if (const auto fine = check_page(request.page, list, *cases); !fine.ok()) return report_error(fine.error());
     ProgressLine progress(!request.quiet);
     std::size_t different = 0;
     bool page_failed = false;
@@ -158,8 +173,9 @@ int verify(const VerifyRequest& request) {
             fmt::print("page     {}\n", page.string());
     }
     if (different == 0) return page_failed ? kExitBadInput : kExitFine;
-    fmt::print(stderr, "error: {} of {} scenes differ from their references; where that is meant, --write-references writes them anew\n",
-               different, cases->size());
+    report_error({ErrorCode::BadValue,
+                  fmt::format("{} of {} scenes differ from their references; where that is meant, --write-references writes them anew", different,
+                              cases->size())});
     return kExitDiffers;
 }
 

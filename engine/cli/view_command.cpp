@@ -1,4 +1,5 @@
 #include "engine/cli/commands.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/igtl/bridge.hpp"
 #include "engine/render/attach_culler.hpp"
@@ -63,8 +64,7 @@ void print_tally(RunStatistics& tally, double step_s) {
 viewer::ServerOptions server_options(const ViewOptions& options, const PreparedScene& prepared, std::string page) {
     viewer::ServerOptions server{options.address, options.port, std::move(page), !options.no_page, {}};
     if (!options.igtl) return server;
-    const igtl::BridgeOptions bridge{options.address, *options.igtl, options.igtl_rate,
-                                     [](const std::string& sentence) { fmt::print(stderr, "notice: {}\n", sentence); },
+    const igtl::BridgeOptions bridge{options.address, *options.igtl, options.igtl_rate, report_notice, // on the server's thread
                                      [&options](unsigned short port) { fmt::print("OpenIGTLink at {} port {}\n", options.address, port); }};
     server.beside = [&prepared, bridge](viewer::Hub& hub) { return igtl::Bridge::open(hub, prepared.model, bridge); };
     return server;
@@ -73,8 +73,8 @@ viewer::ServerOptions server_options(const ViewOptions& options, const PreparedS
 int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
     std::string culler;
     viewer::Session session(scene, prepared, [&culler](Simulator& simulator) { culler = attach_culler(simulator); });
-    if (!culler.empty() && !options.quiet) fmt::print(stderr, "notice: {}\n", culler);
-    for (const std::string& notice : prepared.notices) fmt::print(stderr, "notice: {}\n", notice);
+    if (!culler.empty() && !options.quiet) report_notice(culler);
+    for (const std::string& notice : prepared.notices) report_notice(notice);
     viewer::Exchange exchange;
     viewer::open_exchange(session, exchange);
     session.apply(viewer::Pause{options.paused});
@@ -95,9 +95,9 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     }
     server->reset();
     print_tally(tally, prepared.model.step_s);
-    for (const std::string& note : session.simulator().cull_notes()) fmt::print(stderr, "notice: {}\n", note);
+    for (const std::string& note : session.simulator().cull_notes()) report_notice(note);
     if (!session.stopped()) return kExitFine;
-    fmt::print(stderr, "error: stopped: {}\n", session.simulator().report().failure);
+    report_error({ErrorCode::NotFinite, "stopped: " + session.simulator().report().failure});
     return kExitNotFinite;
 }
 
@@ -139,7 +139,7 @@ Command add_view_command(CLI::App& app) {
     CLI::Option* igtl = command->add_option("--igtl", options.igtl, "also serve OpenIGTLink at this port, which 3D Slicer connects to (its own default is 18944; 0: a free one)")
                             ->check(CLI::Range(0, 65535));
     command->add_option("--igtl-rate", options.igtl_rate, "frames a second at most that an OpenIGTLink client gets")
-        ->check(CLI::Range(igtl::kLeastRate, igtl::kMostRate))
+        ->check(number_range(igtl::kLeastRate, igtl::kMostRate))
         ->needs(igtl);
     command->add_flag("--no-page", options.no_page, "serve no page: OpenIGTLink alone")->needs(igtl);
     command->add_flag("--at-once", options.at_once, "take steps from the start; without it the first one waits for the first viewer");

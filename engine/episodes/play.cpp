@@ -105,7 +105,8 @@ Result<PlayedEpisode> play_episode(const std::shared_ptr<const Task>& task, std:
 
 Result<void> write_episode(const PlayedEpisode& episode, const Task& task, const EpisodeSource& source, const std::filesystem::path& folder) {
     if (auto written = write_file_atomically(folder / output_name::kActions, episode.table); !written) return written;
-    const std::string figures = write_keys<PlayedEpisode>(kKeys, episode).dump(2) + "\n";
+    // names of files may hold any bytes; JSON is UTF-8
+    const std::string figures = write_keys<PlayedEpisode>(kKeys, episode).dump(2, ' ', false, OutputJson::error_handler_t::replace) + "\n";
     if (auto written = write_file_atomically(folder / output_name::kSummary, figures); !written) return written;
     const std::string files[] = {output_name::kActions, output_name::kSummary};
     return can_be_recorded(task) ? write_manifest(task, source, episode.seed, files, folder) : Result<void>();

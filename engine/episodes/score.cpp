@@ -54,15 +54,18 @@ Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
     if (hash->size() != 17 || hash->back() != '\n')
         return wrong(folder / output_name::kManifestHash, "was changed after it was written; expected 16 hex digits and a line break");
     auto json = nlohmann::json::parse(*text, nullptr, false);
-    if (!json.is_object() || json.value("kind", "") != kKind) return wrong(folder / output_name::kManifest, "is no manifest of an episode");
-    if (json.value("version", 0) != kVersion)
-        return wrong(folder / output_name::kManifest, fmt::format("is of version {}; this program reads version {}", json.value("version", 0), kVersion));
+    if (!json.is_object() || json.value("kind", nlohmann::json()) != kKind)
+        return wrong(folder / output_name::kManifest, "is no manifest of an episode");
+    if (const auto version = json.value("version", nlohmann::json()); version != kVersion)
+        return wrong(folder / output_name::kManifest, fmt::format("is of version {:.40}; expected version {}", version.dump(), kVersion));
     return json;
 }
 
 /// Commands and states, by the names of their columns.
 Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std::filesystem::path& file) {
-    const std::vector<CsvRow> table = read_csv(text);
+    const auto read = read_csv(text, file);
+    if (!read.ok()) return read.error();
+    const std::vector<CsvRow>& table = *read;
     std::vector<ActionRow> rows;
     for (std::size_t k = 1; k < table.size(); ++k) {
         const std::vector<std::string>&names = table.front().cells, &cells = table[k].cells;

@@ -90,7 +90,10 @@ const JsonKey<PlanRecord> kPlanKeys[] = {
 };
 #undef TROCAR_PLAN_KEY
 
-std::string json_text(const PlanRecord& record) { return write_keys<PlanRecord>(kPlanKeys, record).dump(2) + "\n"; }
+/// Names of files may hold any bytes; JSON is UTF-8.
+std::string json_text(const PlanRecord& record) {
+    return write_keys<PlanRecord>(kPlanKeys, record).dump(2, ' ', false, OutputJson::error_handler_t::replace) + "\n";
+}
 
 std::string route_data(const PlanRecord& record) {
     const InstrumentModel& instrument = instrument_of(record);

@@ -88,7 +88,7 @@ std::string trace_text(const Trace& trace) {
               {"state", fmt::format("{:016x}", trace.state_hash)},
               {"samples", Json::array()}};
     for (const TraceSample& sample : trace.samples) json["samples"].push_back(sample_json(sample));
-    return json.dump() + "\n";
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Result<Trace> read_trace(const std::filesystem::path& file) {

@@ -2,6 +2,7 @@
 #include "engine/experiments/regression.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -32,6 +33,12 @@ bool read_number(std::string_view text, Number& value) {
     return problem == std::errc() && end == text.data() + text.size();
 }
 
+/// Without its ending, and as a reference holds it: names of files may hold any bytes, JSON is UTF-8.
+std::string name_of(const std::filesystem::path& scene) {
+    const nlohmann::json stem = scene.stem().string();
+    return nlohmann::json::parse(stem.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)).get<std::string>();
+}
+
 /// What is wrong with the line; empty when all is well.
 std::string read_line(const std::vector<std::string_view>& words, const std::filesystem::path& folder, RegressionEntry& entry) {
     if (words.size() < 3 || words.size() > 4) return fmt::format("found {} words; {}", words.size(), kRight);
@@ -48,7 +55,7 @@ std::string read_line(const std::vector<std::string_view>& words, const std::fil
     std::error_code failed;
     if (!std::filesystem::is_regular_file(entry.scene, failed))
         return fmt::format("the scene {} is not there", entry.scene.lexically_normal().string());
-    entry.name = entry.scene.stem().string();
+    entry.name = name_of(entry.scene);
     entry.reference = folder / "references" / (entry.name + ".json.gz");
     return {};
 }

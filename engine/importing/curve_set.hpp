@@ -22,6 +22,7 @@ struct CurveSet {
     std::vector<NamedCurve> curves;
     std::optional<TriMesh> surface; // m; instead of one that is swept along the curves
     std::vector<std::pair<std::string, std::string>> facts;
+    std::vector<std::filesystem::path> files; // that it was read from
 };
 
 /// 3D Slicer: one .mrk.json, or a folder of them. Curves need the measurement Radius; other markups are passed over, and counted.

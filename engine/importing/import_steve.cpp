@@ -90,7 +90,7 @@ Result<SteveSetup> import_dual_device_nav(const fs::path& folder, const std::fun
     options.inlet = 1e-3 * to_curves(kInsertion);
     Result<ImportedVessel> vessel = import_curve_set(*curves, options, progress);
     if (!vessel.ok()) return vessel.error();
-    SteveSetup setup{std::move(*vessel), {}, {}, {}};
+    SteveSetup setup{std::move(*vessel), {}, {}, {}, curves->files};
     enter_at(setup.vessel, *options.inlet, to_curves(kDirection));
     const InsideTest inside(setup.vessel.surface);
     for (const char* wanted : kTargetCurves) {
@@ -126,7 +126,7 @@ Result<SteveSetup> import_arch_variety(const std::function<void(const std::strin
     options.inlet = Vec3::Zero();
     Result<ImportedVessel> vessel = import_curve_set(set, options, progress);
     if (!vessel.ok()) return vessel.error();
-    SteveSetup setup{std::move(*vessel), {}, {}, {}};
+    SteveSetup setup{std::move(*vessel), {}, {}, {}, {}};
     const InsideTest inside(setup.vessel.surface);
     for (std::size_t c = 1; c < set.curves.size(); ++c) {
         std::string name = set.curves[c].name;

@@ -30,6 +30,7 @@ struct SteveSetup {
     ImportedVessel vessel;
     std::string instruments, targets; // members of the scene
     std::vector<std::string> notes;
+    std::vector<std::filesystem::path> files; // that its curves were read from
 };
 
 /// DualDeviceNav: the folder of its centrelines (Centrelines_comb, or what holds it); a micro catheter with a micro guide wire in it.

@@ -127,6 +127,7 @@ Result<CurveSet> read_simvascular(const fs::path& path) {
         set.facts.emplace_back("surface", fmt::format("{}{}", models->front().filename().string(),
                                                       models->size() > 1 ? fmt::format(", the first of {} models", models->size()) : std::string()));
         set.surface = std::move(*mesh);
+        set.files = {models->front()};
         return set;
     }
     const auto paths = list_files(path / "Paths", ".pth");
@@ -134,6 +135,8 @@ Result<CurveSet> read_simvascular(const fs::path& path) {
     const auto groups = list_files(path / "Segmentations", ".ctgr");
     if (!groups.ok())
         return Error{ErrorCode::BadValue, "has paths, and neither Models/*.vtp nor Segmentations/*.ctgr that say how wide they are", path.string()};
+    set.files = *paths;
+    set.files.insert(set.files.end(), groups->begin(), groups->end());
     std::map<std::string, std::vector<Contour>> contours;
     for (const fs::path& file : *groups) {
         std::string name;

@@ -14,6 +14,7 @@ Result<CurveSet> read_slicer(const std::filesystem::path& path) {
     const auto files = list_files(path, ".mrk.json");
     if (!files.ok()) return files.error();
     CurveSet set;
+    set.files = *files;
     std::size_t other = 0;
     for (const std::filesystem::path& file : *files) {
         const Result<std::vector<Markup>> markups = read_markups(file);
@@ -47,6 +48,7 @@ Result<CurveSet> read_vmtk(const std::filesystem::path& path) {
     if (lines->radii.empty())
         return Error{ErrorCode::BadValue, "has no point data MaximumInscribedSphereRadius; expected VMTK's centreline", path.string()};
     CurveSet set;
+    set.files = {path};
     std::set<double> groups;
     std::size_t again = 0;
     for (std::size_t l = 0; l < lines->lines.size(); ++l) {

@@ -19,6 +19,10 @@ namespace {
 constexpr double kCellShare = 0.4, kShown = 1.25;
 /// Cells that the surface may pass, about: a hundred bytes and some microseconds for each.
 constexpr double kMostSurfaceCells = 4e5;
+/// Cells of the whole box: polygonise evaluates the field in every block of 512, near the surface or not.
+constexpr double kMostBoxCells = 2.5e10;
+/// m, between the curves' walls and the sides of the box, as VesselField has it.
+constexpr double kBoxMargin = 0.006;
 /// Of a curve's radius: the fillet where it meets another.
 constexpr double kBlendShare = 0.5;
 constexpr double kLargestSpan = 3.0;     // m
@@ -50,6 +54,17 @@ double area_of(const std::vector<NamedCurve>& curves) {
     return area;
 }
 
+/// Fine enough for the smallest radius, unless that is beyond the bounds above.
+double cell_for(const std::vector<NamedCurve>& curves, const Box3& box, double area) {
+    double smallest = 1.0, largest = 0.0; // m
+    for (const NamedCurve& curve : curves)
+        for (const double radius : curve.radii) smallest = std::min(smallest, radius), largest = std::max(largest, radius);
+    double cell = std::max(kCellShare * smallest, std::sqrt(area / kMostSurfaceCells));
+    const Vec3 side = box.extent() + Vec3::Constant(2.0 * (largest + kBoxMargin));
+    while ((side / cell).prod() > kMostBoxCells) cell *= 1.1;
+    return cell;
+}
+
 anatomy::Tube make_tube_of_curve(const NamedCurve& curve, double cell) {
     anatomy::Tube tube;
     const double smallest = *std::min_element(curve.radii.begin(), curve.radii.end());
@@ -72,18 +87,16 @@ anatomy::Tube make_tube_of_curve(const NamedCurve& curve, double cell) {
 Result<SweptSurface> sweep_curves(const std::vector<NamedCurve>& curves) {
     std::vector<NamedCurve> cleaned;
     Box3 box;
-    double smallest = 1.0;
     for (const NamedCurve& curve : curves) {
         Result<NamedCurve> good = clean(curve);
         if (!good.ok()) return good.error();
         for (const Vec3& p : good->points) box.add(p);
-        smallest = std::min(smallest, *std::min_element(good->radii.begin(), good->radii.end()));
         cleaned.push_back(std::move(*good));
     }
     if (!(box.longest_edge() <= kLargestSpan))
         return Error{ErrorCode::BadValue, fmt::format("the curves span {:.4g} m; expected {:g} m or less: is the unit right?", box.longest_edge(), kLargestSpan)};
     SweptSurface swept;
-    const double area = area_of(cleaned), cell = std::max(kCellShare * smallest, std::sqrt(area / kMostSurfaceCells));
+    const double area = area_of(cleaned), cell = cell_for(cleaned, box, area);
     std::size_t raised = 0;
     for (NamedCurve& curve : cleaned)
         for (double& radius : curve.radii)

@@ -1,8 +1,13 @@
 #include "engine/io/csv.hpp"
 
+#include <optional>
+
 namespace trocar::engine {
 
-std::vector<CsvRow> read_csv(std::string_view text) {
+namespace {
+
+/// open_quote  where the quote opens that is never closed; none: all are
+std::vector<CsvRow> read_rows(std::string_view text, std::optional<CsvPlace>& open_quote) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     std::vector<CsvRow> rows;
     std::size_t line = 1, column = 0; // of the last character
@@ -26,7 +31,7 @@ std::vector<CsvRow> read_csv(std::string_view text) {
             else
                 quoted = false;
         } else if (c == '"')
-            quoted = true;
+            quoted = true, open_quote = CsvPlace{line, column};
         else if (c == ',')
             row.cells.emplace_back(), row.places.push_back({line, column + 1});
         else if (c == '\n')
@@ -35,6 +40,23 @@ std::vector<CsvRow> read_csv(std::string_view text) {
             row.cells.back() += c;
     }
     end_row();
+    if (!quoted) open_quote.reset();
+    return rows;
+}
+
+} // namespace
+
+std::vector<CsvRow> read_csv(std::string_view text) {
+    std::optional<CsvPlace> passed_over;
+    return read_rows(text, passed_over);
+}
+
+Result<std::vector<CsvRow>> read_csv(std::string_view text, const std::filesystem::path& file) {
+    std::optional<CsvPlace> open_quote;
+    std::vector<CsvRow> rows = read_rows(text, open_quote);
+    if (open_quote)
+        return Error{ErrorCode::BadSyntax, "found a quote that is never closed; expected another one at the end of its cell", file.string(),
+                     open_quote->line, open_quote->column};
     return rows;
 }
 

@@ -1,6 +1,9 @@
 // Comma-separated values with quotes (RFC 4180), in and out.
 #pragma once
 
+#include "base/result.hpp"
+
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +22,10 @@ struct CsvRow {
 
 /// Empty lines are left out. A quote that is never closed ends with the text.
 [[nodiscard]] std::vector<CsvRow> read_csv(std::string_view text);
+
+/// Of a file, which may have been cut off.
+/// fails  BadSyntax: a quote that is never closed, with the place where it opens
+[[nodiscard]] Result<std::vector<CsvRow>> read_csv(std::string_view text, const std::filesystem::path& file);
 
 /// The cell in quotes where its content needs them.
 [[nodiscard]] std::string csv_cell(std::string_view text);

@@ -27,7 +27,7 @@ private:
     unsigned __int128 state_ = (static_cast<unsigned __int128>(0x6c62272e07bb0142ULL) << 64) | 0x62b821756295c58dULL;
 };
 
-/// Hash of the sources that make what is cached (base, assets, fem, spheretree, engine/prepare): part of every key, so that an
+/// Hash of the sources that make what is cached (base, assets, fem, spheretree, engine/io, engine/prepare): part of every key, so that an
 /// entry made by other code is simply absent. 64 digits; generated at build time by cmake/hash_sources.cmake.
 [[nodiscard]] std::string_view maker_version() noexcept;
 

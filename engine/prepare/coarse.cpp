@@ -4,13 +4,14 @@
 #include "base/topology.hpp"
 #include "engine/io/weld.hpp"
 #include "engine/prepare/cache.hpp"
-#include "engine/time/clock.hpp"
+#include "engine/prepare/process.hpp"
 #include "engine/time/interrupt.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -26,6 +27,17 @@ constexpr double kSliver = 0.05;                          // [-] flatness below 
 constexpr std::size_t kMostSlivers = 25;                  // at most one tet of so many
 constexpr double kRoundEnough = 0.06;                     // [-] flatness at which no further try is made
 
+/// Which TetGen: another one, or another version at the same place, makes another mesh. The name alone where there is none.
+void feed_program(ContentHash& hash, const std::string& name) {
+    hash.feed(name);
+    const auto program = find_program(name, "tetgen");
+    if (!program) return;
+    std::error_code ignored;
+    hash.feed(program->string());
+    hash.feed(static_cast<std::uint64_t>(std::filesystem::file_size(*program, ignored)));
+    hash.feed(static_cast<std::uint64_t>(std::filesystem::last_write_time(*program, ignored).time_since_epoch().count()));
+}
+
 std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
     ContentHash hash;
     hash.feed(maker_version());
@@ -33,7 +45,7 @@ std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
     hash.feed(static_cast<std::uint64_t>(o.surface_triangles));
     for (const double value : {o.tetgen.max_radius_edge_ratio, o.tetgen.min_dihedral_degrees, o.tetgen.max_volume}) hash.feed(value);
     hash.feed(static_cast<std::uint64_t>(o.tetgen.keep_surface));
-    hash.feed(o.tetgen.program);
+    feed_program(hash, o.tetgen.program);
     return hash.hex();
 }
 
@@ -46,23 +58,19 @@ double derive_max_volume(const TriMesh& surface) {
     return 2.0 * edge * edge * edge / (6.0 * std::sqrt(2.0));
 }
 
-/// left_s  of the time that all tries share; what TetGen takes is taken from it
-Result<TetMesh> simplify_and_mesh(const TriMesh& dense, std::size_t triangles, TetgenOptions options, double& left_s) {
+/// timed_out  set where TetGen was stopped at its time limit
+Result<TetMesh> simplify_and_mesh(const TriMesh& dense, std::size_t triangles, TetgenOptions options, bool& timed_out) {
     const Result<TriMesh> simple = simplify(dense, triangles);
     if (!simple) return simple.error();
     if (options.max_volume == 0.0) options.max_volume = derive_max_volume(*simple);
-    options.time_limit = std::min(options.time_limit, left_s);
-    const StopWatch watch;
-    Result<TetMesh> mesh = run_tetgen(*simple, options);
-    left_s -= 1e-3 * watch.elapsed_ms();
-    return mesh;
+    return run_tetgen(*simple, options, &timed_out);
 }
 
-/// The time limit was reached without a mesh.
+/// Try number `tries` reached its time limit.
 Error out_of_time(const Error& last, const CoarseOptions& options, std::size_t tries) {
     return {.code = ErrorCode::ToolFailed,
-            .message = fmt::format("TetGen made no mesh within {:g} s, the time limit of all its tries ({} of {} were begun); a surface "
-                                   "with fewer triangles takes less, \"mesher\": \"lattice\" takes none; the last try: {}",
+            .message = fmt::format("TetGen made no mesh within {:g} s, the time limit of each try (try {} of at most {}); a surface "
+                                   "with fewer triangles takes less, \"mesher\": \"lattice\" takes none; the try: {}",
                                    options.tetgen.time_limit, tries, std::size(kShares), last.message)};
 }
 
@@ -93,24 +101,25 @@ double find_flatness(const TetMesh& mesh) {
     return find_least_altitude(mesh) * static_cast<double>(mesh.tets.size()) / edges;
 }
 
-/// Other counts until no tet is flat; the roundest try wins where all have one.
+/// Other counts until no tet is flat; the roundest try wins where all have one. A try that runs out of time ends them with an error,
+/// also where an earlier one gave a mesh: else the mesh would depend on the machine's speed.
 Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& options) {
     std::optional<Result<TetMesh>> best;
-    double best_flatness = -1.0, left_s = options.tetgen.time_limit;
+    double best_flatness = -1.0;
     std::size_t tries = 0;
     for (const double share : kShares) {
         const auto wanted = static_cast<std::size_t>(share * static_cast<double>(options.surface_triangles));
-        Result<TetMesh> mesh = simplify_and_mesh(dense, std::max(wanted, kLeastTriangles), options.tetgen, left_s);
+        bool timed_out = false;
+        Result<TetMesh> mesh = simplify_and_mesh(dense, std::max(wanted, kLeastTriangles), options.tetgen, timed_out);
         ++tries;
         if (!mesh && (interrupt_requested() || !worth_another_try(mesh.error()))) return mesh;
+        if (timed_out) return out_of_time(mesh.error(), options, tries);
         const double flatness = mesh ? find_flatness(*mesh) : -1.0;
         if (!best || flatness > best_flatness) {
             best_flatness = flatness;
             best.emplace(std::move(mesh));
         }
         if (best_flatness >= kRoundEnough) break;
-        if (left_s <= 0.0 && !*best) return out_of_time(best->error(), options, tries);
-        if (left_s <= 0.0) break;
     }
     if (!*best && best->error().code == ErrorCode::BadMesh) {
         Error error = best->error();

@@ -10,7 +10,7 @@ namespace trocar::engine {
 struct CoarseOptions {
     std::size_t surface_triangles = 800; // of the simplified surface, >= 20
     TetgenOptions tetgen = {};           // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal;
-                                         // tetgen.time_limit is that of all tries together
+                                         // tetgen.time_limit is that of each try: one that reaches it is an error
     bool use_cache = true;
 };
 

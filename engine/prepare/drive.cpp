@@ -1,5 +1,6 @@
 #include "engine/prepare/drive.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,14 +8,12 @@ namespace trocar::engine {
 
 DriveCommand evaluate_path(std::span<const DriveRow> rows, double time) noexcept {
     if (time <= rows.front().time) return {rows.front().insertion, rows.front().rotation};
-    for (std::size_t i = 1; i < rows.size(); ++i) {
-        if (time > rows[i].time) continue;
-        const double span = rows[i].time - rows[i - 1].time;
-        const double s = span > 0.0 ? (time - rows[i - 1].time) / span : 1.0;
-        return {rows[i - 1].insertion + s * (rows[i].insertion - rows[i - 1].insertion),
-                rows[i - 1].rotation + s * (rows[i].rotation - rows[i - 1].rotation)};
-    }
-    return {rows.back().insertion, rows.back().rotation};
+    const auto next = std::lower_bound(rows.begin() + 1, rows.end(), time, [](const DriveRow& row, double t) { return row.time < t; });
+    if (next == rows.end()) return {rows.back().insertion, rows.back().rotation};
+    const DriveRow &from = *(next - 1), &to = *next;
+    const double span = to.time - from.time;
+    const double s = span > 0.0 ? (time - from.time) / span : 1.0;
+    return {from.insertion + s * (to.insertion - from.insertion), from.rotation + s * (to.rotation - from.rotation)};
 }
 
 Route make_route(std::vector<Vec3> points, std::vector<double> radii) {

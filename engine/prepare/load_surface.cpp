@@ -1,7 +1,6 @@
 #include "engine/prepare/load_surface.hpp"
 
 #include "assets/anatomy/shapes.hpp"
-#include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/free_space.hpp"
 #include "engine/prepare/geometry_cache.hpp"
@@ -102,14 +101,12 @@ Result<void> repair_and_check(const SceneBody& body, LoadedSurface& loaded) {
     return defect->repair ? refuse(defect->what, ErrorCode::BadMesh) : Error{ErrorCode::BadMesh, defect->what};
 }
 
-/// A surface that passes through itself where nothing forbids it.
-std::optional<std::string> note_crossings(const SceneBody& body, const LoadedSurface& loaded) {
+/// Of a surface that passes through itself, or may, where nothing forbids it; else empty.
+std::string note_crossings(const SceneBody& body, const LoadedSurface& loaded) {
     const bool asked = body.kind == BodyKind::Deformable || (body.hollow && body.surface.may_cross);
     const bool made = body.surface.source != SurfaceSource::File;
-    if (made ? !body.hollow : !asked) return std::nullopt;
-    const std::size_t count = find_self_intersections(loaded.mesh, 0).count;
-    if (count == 0) return std::nullopt;
-    return fmt::format("passes through itself: {} pairs of triangles cross", count);
+    if (made ? !body.hollow : !asked) return "";
+    return describe_crossings(find_self_intersections(loaded.mesh, 0));
 }
 
 /// All digits: 10.00004 m is not "10 m", which is expected.
@@ -176,7 +173,7 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, st
     }
     if (const std::string defect = find_size_defect(loaded.mesh, scene.units); !defect.empty())
         return scene_error(scene, key, defect, ErrorCode::BadValue);
-    if (auto crossings = note_crossings(body, loaded)) loaded.notes.push_back(std::move(*crossings));
+    if (std::string crossings = note_crossings(body, loaded); !crossings.empty()) loaded.notes.push_back(std::move(crossings));
     for (std::string& note : list_leniencies(loaded.report)) loaded.notes.push_back(std::move(note));
     return loaded;
 }

@@ -124,7 +124,12 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
     if (const auto defect = closed ? find_defect(made.surface, made.dense, needs) : std::nullopt)
         return defect->repair ? refuse(defect->what) : bad(defect->what);
     for (std::string& note : list_leniencies(made.dense)) made.notes.push_back(std::move(note));
-    if (!closed) made.self_intersections = find_self_intersections(made.surface, 0).count;
+    if (!closed) {
+        const SelfIntersections crossings = find_self_intersections(made.surface, 0);
+        made.self_intersections = crossings.count;
+        made.crossings_known = crossings.complete;
+        if (!crossings.complete) made.notes.push_back("the surface " + describe_crossings(crossings));
+    }
     const double size = made.surface.bounds().longest_edge();
     if (!(size >= kSmallestMesh && size <= kLargestMesh))
         made.notes.push_back(fmt::format("the longest side is {:.6g} m: is --unit right?", size));
@@ -146,7 +151,7 @@ std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const ch
 }
 
 void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
-    if (!made.dense.closed() || !made.dense.manifold() || !made.dense.oriented() || made.self_intersections > 0) {
+    if (!made.dense.closed() || !made.dense.manifold() || !made.dense.oriented() || made.self_intersections > 0 || !made.crossings_known) {
         made.notes.push_back("no coarse model: the surface is not a closed manifold that encloses a volume");
         return;
     }
@@ -343,7 +348,7 @@ std::string preparation_json(const MeshPreparation& made, const PrepareOptions& 
     json["chromatic"] = {{"colours", made.colours}, {"seconds", made.colour_seconds}};
     json["unit_m"] = options.unit;
     json["notes"] = made.notes;
-    return json.dump(2) + "\n";
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; // names of files may hold any bytes
 }
 
 } // namespace trocar::engine

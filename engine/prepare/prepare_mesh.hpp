@@ -30,7 +30,8 @@ struct PrepareOptions {
 struct MeshPreparation {
     TriMesh surface; // m, repaired
     SurfaceReport dense;
-    std::size_t self_intersections = 0;
+    std::size_t self_intersections = 0; // counted where the builder takes crossing triangles
+    bool crossings_known = true;        // false: the search for them gave up, a note says so
     struct Coarse {
         std::size_t nodes = 0, tets = 0;
         std::string mesher;

@@ -12,13 +12,12 @@ namespace trocar::engine {
 Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept {
     if (path.empty()) return Vec3::Zero();
     if (time <= path.front().time) return path.front().displacement;
-    for (std::size_t i = 1; i < path.size(); ++i) {
-        if (time > path[i].time) continue;
-        const double span = path[i].time - path[i - 1].time;
-        const double s = span > 0.0 ? (time - path[i - 1].time) / span : 1.0;
-        return path[i - 1].displacement + s * (path[i].displacement - path[i - 1].displacement);
-    }
-    return path.back().displacement;
+    const auto next = std::lower_bound(path.begin() + 1, path.end(), time, [](const MotionRow& row, double t) { return row.time < t; });
+    if (next == path.end()) return path.back().displacement;
+    const MotionRow &from = *(next - 1), &to = *next;
+    const double span = to.time - from.time;
+    const double s = span > 0.0 ? (time - from.time) / span : 1.0;
+    return from.displacement + s * (to.displacement - from.displacement);
 }
 
 double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept {

@@ -98,6 +98,13 @@ std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceRepor
     return needs.uncrossed ? find_crossings(mesh, needs.wanted) : std::nullopt;
 }
 
+std::string describe_crossings(const SelfIntersections& crossings) {
+    if (crossings.count > 0)
+        return fmt::format("passes through itself: {} pairs of triangles cross{}", crossings.count, crossings.complete ? "" : ", and more may");
+    if (crossings.complete) return "";
+    return fmt::format("may pass through itself: more than {} pairs of triangles are too near to each other to tell", kMostCompared);
+}
+
 Result<void> check_fans(const TriMesh& mesh) {
     if (find_largest_fan(mesh.triangles, mesh.vertices.size()).second <= kLargestFan) return {};
     const auto [vertex, count] = find_largest_fan(list_distinct(mesh.triangles), mesh.vertices.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/repair.hpp"
+#include "base/self_intersection.hpp"
 #include "base/topology.hpp"
 
 #include <optional>
@@ -28,6 +29,9 @@ struct SurfaceDefect {
 /// them, to search them for crossings or to cover them with spheres is to compare each with each. Copies, and triangles that
 /// repeat a vertex, do not count: repairs take them away.
 [[nodiscard]] Result<void> check_fans(const TriMesh& mesh);
+
+/// "passes through itself: ..." of a surface that does or may, for notes; empty: it surely does not.
+[[nodiscard]] std::string describe_crossings(const SelfIntersections& crossings);
 
 /// Accepted defects, a note each.
 [[nodiscard]] std::vector<std::string> list_leniencies(const SurfaceReport& report);

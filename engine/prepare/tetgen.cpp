@@ -1,6 +1,5 @@
 #include "engine/prepare/tetgen.hpp"
 
-#include "base/self_intersection.hpp"
 #include "base/topology.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/read_tets.hpp"
@@ -98,10 +97,15 @@ Result<TetMesh> read_result(const std::filesystem::path& file, const TriMesh& su
 
 } // namespace
 
-Result<void> check_meshable_surface(const TriMesh& surface) {
+Result<void> check_meshable_surface(const TriMesh& surface, std::size_t max_compared) {
     if (const auto closed = check_closed_surface(surface); !closed) return closed;
-    const SelfIntersections crossings = find_self_intersections(surface, kNamedPairs, Crossing::Touching);
-    if (crossings.count == 0) return {};
+    const SelfIntersections crossings = find_self_intersections(surface, kNamedPairs, Crossing::Touching, max_compared);
+    if (crossings.count == 0 && crossings.complete) return {};
+    if (crossings.count == 0)
+        return Error{.code = ErrorCode::BadMesh,
+                     .message = fmt::format("more than {} pairs of triangles are too near to each other to tell whether the surface touches or "
+                                            "crosses itself; expected no long thin triangles upon each other",
+                                            max_compared)};
     std::string pairs;
     for (const auto& [a, b] : crossings.pairs) pairs += fmt::format("{}{}-{}", pairs.empty() ? "" : ", ", a, b);
     return Error{.code = ErrorCode::BadMesh,
@@ -109,7 +113,8 @@ Result<void> check_meshable_surface(const TriMesh& surface) {
                                         crossings.count == 1 ? "" : "s", pairs)};
 }
 
-Result<TetMesh> run_tetgen(const TriMesh& input, const TetgenOptions& options) {
+Result<TetMesh> run_tetgen(const TriMesh& input, const TetgenOptions& options, bool* timed_out) {
+    if (timed_out) *timed_out = false;
     if (const auto fine = check_options(options); !fine) return fine.error();
     if (const auto fine = check_meshable_surface(input); !fine) return fine.error();
     TriMesh surface = input;
@@ -123,6 +128,7 @@ Result<TetMesh> run_tetgen(const TriMesh& input, const TetgenOptions& options) {
         return written.error();
     const auto outcome = run_process(*program, {write_switches(options, frame), "surface.off"}, folder->path(), options.time_limit);
     if (!outcome) return outcome.error();
+    if (timed_out) *timed_out = outcome->timed_out;
     if (const auto fine = check_outcome(*outcome, options.time_limit); !fine) return fine.error();
     return read_result(folder->path() / "surface.1.ele", surface, frame);
 }

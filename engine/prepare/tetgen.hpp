@@ -4,6 +4,7 @@
 
 #include "base/mesh.hpp"
 #include "base/result.hpp"
+#include "base/self_intersection.hpp"
 
 #include <string>
 
@@ -21,9 +22,11 @@ struct TetgenOptions {
 /// Fails with BadMesh (not finite, open, not manifold, inward, self-intersecting: the first bad triangles are named),
 /// BadValue (options), MissingTool (names the package), ToolFailed (crash, time limit, unusable output; TetGen's last output).
 /// The result is positively oriented, uses every node, and its first vertices are the surface's.
-[[nodiscard]] Result<TetMesh> run_tetgen(const TriMesh& surface, const TetgenOptions& options);
+/// timed_out  set to whether the time limit was reached
+[[nodiscard]] Result<TetMesh> run_tetgen(const TriMesh& surface, const TetgenOptions& options, bool* timed_out = nullptr);
 
 /// The checks alone: closed, manifold, outward, finite, without self-intersection.
-[[nodiscard]] Result<void> check_meshable_surface(const TriMesh& surface);
+/// max_compared  as of find_self_intersections; a surface whose crossings it does not find out is refused
+[[nodiscard]] Result<void> check_meshable_surface(const TriMesh& surface, std::size_t max_compared = kMostCompared);
 
 } // namespace trocar::engine

@@ -171,17 +171,19 @@ void RunObserver::Parts::write_pages(RunRecord& record) {
 }
 
 Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared, const ObserveOptions& options) {
+    std::unique_ptr<XrayFrames> xrays; // before an earlier run's outputs are removed: its sources may be refused
+    if (options.pictures) {
+        auto made = XrayFrames::make(scene, prepared, options.out);
+        if (!made) return made.error();
+        xrays = std::move(*made);
+    }
     Result<OutputFolder> folder =
         OutputFolder::open(options.out, options.force, options.resumed_from != nullptr ? output_name::kCheckpoint : nullptr);
     if (!folder) return folder.error();
     Result<StepTable> table = StepTable::create(options.out, budget_limit_ms(scene.budget));
     if (!table) return table.error();
     auto parts = std::make_unique<Parts>(scene, prepared, options, std::move(*folder), std::move(*table));
-    if (options.pictures) {
-        auto xrays = XrayFrames::make(scene, prepared, options.out);
-        if (!xrays) return xrays.error();
-        parts->xrays = std::move(*xrays);
-    }
+    parts->xrays = std::move(xrays);
     if (Result<void> started = parts->start(); !started) return started.error();
     return std::unique_ptr<RunObserver>(new RunObserver(std::move(parts)));
 }

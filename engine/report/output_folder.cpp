@@ -181,6 +181,32 @@ Result<void> remove_old_outputs(const fs::path& folder, std::string_view keep) {
     return {};
 }
 
+/// Is this a file of the folder that remove_old_outputs(folder, keep) would remove?
+bool is_old_output(const fs::path& folder, const fs::path& file, std::string_view keep) {
+    std::error_code unknown;
+    const fs::path place = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const std::string name = file.filename().string();
+    if (fs::equivalent(place, folder, unknown)) return is_output_file(name) && name != keep;
+    if (fs::equivalent(place, folder / output_name::kFluoro, unknown)) return is_xray_file(name);
+    for (const char* states : {output_name::kRecord, output_name::kLastGoodState})
+        if (fs::equivalent(place, folder / states, unknown)) return is_state_file(name);
+    return false;
+}
+
+/// By its own name, and by that of the file that it links to.
+Result<void> check_reads(const fs::path& folder, std::span<const fs::path> reads, std::string_view keep) {
+    for (const fs::path& file : reads) {
+        std::error_code not_there;
+        const fs::path target = fs::canonical(file, not_there);
+        if (not_there || !(is_old_output(folder, file, keep) || is_old_output(folder, target, keep))) continue;
+        return Error{ErrorCode::BadUsage,
+                     fmt::format("is read, and lies in {} under the name of an output, which is replaced; expected another output folder",
+                                 folder.string()),
+                     file.string(), 0, 0, "--out"};
+    }
+    return {};
+}
+
 /// Some file that is in the folder besides the lock; empty where there is none.
 std::string any_content(const fs::path& folder) {
     std::error_code failed;
@@ -192,8 +218,9 @@ std::string any_content(const fs::path& folder) {
 
 } // namespace
 
-Result<void> OutputFolder::check(const fs::path& path, bool force) {
+Result<void> OutputFolder::check(const fs::path& path, bool force, std::span<const fs::path> reads, const char* keep) {
     if (Result<void> fits = check_kind(path); !fits) return fits;
+    if (Result<void> apart = check_reads(path, reads, keep != nullptr ? keep : ""); !apart) return apart;
     std::error_code failed;
     if (!fs::exists(path, failed)) return check_can_be_made(path);
     if (::access(path.c_str(), W_OK | X_OK) != 0)

@@ -4,6 +4,7 @@
 #include "base/result.hpp"
 
 #include <filesystem>
+#include <span>
 
 namespace trocar::engine {
 
@@ -16,8 +17,12 @@ public:
     [[nodiscard]] static Result<OutputFolder> open(const std::filesystem::path& path, bool force, const char* keep = nullptr);
 
     /// Before long work whose result goes there: would open() take it now? Makes, removes and holds nothing.
-    /// fails    as open()
-    [[nodiscard]] static Result<void> check(const std::filesystem::path& path, bool force);
+    /// reads    files that the work reads: none may lie there under the name of an output, which is removed and written anew. One that is not
+    ///          there is passed over
+    /// keep     as of open(): may be read
+    /// fails    as open(); BadUsage: such a file
+    [[nodiscard]] static Result<void> check(const std::filesystem::path& path, bool force, std::span<const std::filesystem::path> reads,
+                                            const char* keep = nullptr);
 
     OutputFolder(OutputFolder&& other) noexcept;
     OutputFolder& operator=(OutputFolder&&) = delete;

@@ -74,8 +74,10 @@ Result<void> write_axis(const std::filesystem::path& path, const InstrumentModel
 
 std::vector<fem::RodInternalForces> find_all_internal_forces(const SceneModel& model, const State& state) {
     std::vector<fem::RodInternalForces> inside;
-    for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        inside.push_back(fem::find_internal_forces(model.instruments[i].rod, state.instruments[i].rod, model.instruments[i].port));
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const InstrumentModel& own = model.instruments[i];
+        inside.push_back(fem::find_internal_forces(own.rod, state.instruments[i].rod, own.port, {own.tip_hold.has_value(), own.mass_spring_substeps > 0}));
+    }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
         if (const auto wire = model.instruments[i].wire)
             fem::part_tension(model.instruments[i].rod, state.instruments[i].rod, model.instruments[*wire].rod, state.instruments[*wire].rod, inside[i], inside[*wire]);

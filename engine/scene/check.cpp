@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace trocar::engine {
 namespace {
@@ -26,8 +27,10 @@ public:
         if (auto error = unknown_key(node, spec, path)) return error;
         if (auto error = unused_key(node, spec, path)) return error;
         if (auto error = missing_key(node, spec, path)) return error; // before values: their ranges depend on the units
+        const JsonNode* const outside = std::exchange(around_, &node);
         for (const JsonNode& member : node.children)
             if (auto error = value(member, spec.find(member.key)->value, join_key(path, member.key))) return error;
+        around_ = outside;
         return std::nullopt;
     }
 
@@ -88,6 +91,8 @@ private:
         const FieldSpec& field = *spec.find(spec.discriminator);
         const JsonNode* member = node.find(spec.discriminator);
         if (member == nullptr && field.is_required) return missing(node, field, path);
+        const bool decided_beside = !spec.decided_by.empty() && around_ != nullptr && around_->find(spec.decided_by) != nullptr;
+        if (member == nullptr && decided_beside) return std::nullopt;
         if (member != nullptr)
             if (auto error = value(*member, field.value, join_key(path, field.key))) return error;
         const std::string_view chosen = member != nullptr ? member->text : std::get<std::string_view>(field.otherwise);
@@ -240,6 +245,7 @@ private:
     }
 
     CheckContext& context_;
+    const JsonNode* around_ = nullptr; // the object whose member is being checked
 };
 
 bool takes(const ValueSpec& value, JsonType type) {

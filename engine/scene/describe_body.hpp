@@ -254,7 +254,7 @@ struct MeshedCoarseKeys {
                               .when({"wall"})),
             key(s.max_volume, number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
                                            "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")
-                                  .when({"lattice", "tetgen"})),
+                                  .when({"tetgen"})),
             key(s.may_drop, number_field("may_drop", Dimension::None, between(0.0, 1.0),
                                          "Share of the mesh's volume that may be left out as parts apart from the largest one; more is an "
                                          "error that says how much.")

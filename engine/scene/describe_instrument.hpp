@@ -12,7 +12,7 @@ struct TipKeys {
     static auto of(auto& s) {
         using Shape = fem::TipShape;
         return described(
-            {"tip", "The shaped distal part.", "", "shape"},
+            {"tip", "The shaped distal part.", "", "shape", "device"},
             key(s.tip,
                 choice_field<Shape>(
                     "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}, {"curve", Shape::Curve}},

@@ -32,8 +32,9 @@ struct TimeKeys {
             key(s.step, number_field("step", Dimension::Time, above(0.0, 1.0), "Length of a step of the whole engine.").required()),
             key(s.duration, number_field("duration", Dimension::Time, above(0.0, kLongestRun), "Simulated time of a run.").required()),
             custom_key(value_field("substeps", any_value({choice_value({"auto"}), count_field("", 1, 100000, "").value}),
-                                   "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for. A number is the least: where "
-                                   "stability asks for more, as many are taken, and counted (raised_bodies).")
+                                   "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for. A number is the "
+                                   "least: one that is too small for the tissue at rest is refused; where stability asks for more during a run, "
+                                   "as many are taken, and counted (raised_bodies).")
                            .by_default(std::string_view("auto")),
                        read_substeps, s.substeps),
             key(s.max_substeps, count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")),

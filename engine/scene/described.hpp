@@ -110,7 +110,7 @@ template <class... T>
 
 /// Of an object: see ObjectSpec.
 struct About {
-    std::string_view name, doc, marker = {}, discriminator = {};
+    std::string_view name, doc, marker = {}, discriminator = {}, decided_by = {};
 };
 
 template <class... Entry>
@@ -193,7 +193,7 @@ template <class Keys>
         typename Keys::Struct usual{};
         const auto description = Keys::of(usual);
         const About& about = description.about;
-        ObjectSpec made{about.name, about.doc, about.marker, about.discriminator, {}};
+        ObjectSpec made{about.name, about.doc, about.marker, about.discriminator, {}, about.decided_by};
         std::apply([&](const auto&... one) { (described_detail::add_field(made, one), ...); }, description.entries);
         return made;
     }();

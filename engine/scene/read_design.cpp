@@ -11,7 +11,9 @@
 #include "fem/rod/tip_arcs.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -45,6 +47,23 @@ std::optional<Error> check_corners(const CheckContext& context, const Values& va
                     with_unit(design.segment, Dimension::Length, context.units), angle_text(design.tip_angle),
                     with_unit(design.tip_length, Dimension::Length, context.units), angle_text(turn), angle_text(fem::kSharpestNode),
                     with_unit(longest, Dimension::Length, context.units)));
+}
+
+/// Keys of the tip without use under the shape of the device, which the check of the file does not know.
+std::optional<Error> check_tip_keys(const CheckContext& context, const Values& tip, const SceneInstrument& instrument) {
+    if (tip.has("shape")) return std::nullopt;
+    const ObjectSpec& table = table_of<TipKeys>();
+    const ValueSpec& shapes = table.find("shape")->value;
+    const std::string_view shape = shapes.choices[shapes.index_of(static_cast<int>(instrument.design.tip))];
+    for (const FieldSpec& field : table.fields) {
+        const std::vector<std::string_view>& used = field.used_when;
+        if (!tip.has(field.key) || used.empty() || std::find(used.begin(), used.end(), shape) != used.end()) continue;
+        return fail_at(context, tip, field.key,
+                       fmt::format("unused key \"{}\": the tip of the device {} has the shape \"{}\"; the key is used where it is {}; "
+                                   "expected it left out, or shape named",
+                                   field.key, instrument.device, shape, fmt::join(used, " or ")));
+    }
+    return std::nullopt;
 }
 
 /// What a shape has where nothing is said of it: a pigtail its size, a straight tip and a curve the shaft's stiffness.
@@ -178,6 +197,7 @@ std::optional<Error> read_arcs(const Reading& reading, std::vector<fem::TipArc>&
 
 std::optional<Error> read_design(const Reading& reading, SceneInstrument& instrument) {
     if (auto error = read_keys<InstrumentKeys>(reading, instrument)) return error;
+    if (auto error = check_tip_keys(reading.context, reading.values.object("tip"), instrument)) return error;
     if (auto error = complete_design(reading.context, reading.values, instrument.design)) return error;
     return check_section(reading.context, reading.values, instrument);
 }

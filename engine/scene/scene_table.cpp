@@ -63,8 +63,8 @@ struct SceneKeys {
                        s.instruments),
             custom_key(map_field("targets", target_value(), "Places to reach, by name."), kReadApart, s.targets),
             custom_key(value_field("effects", any_value({list_value(choice_value(effects.keys()), 0), object_value(effects)}),
-                                   "A list of names, or an object by name. When absent: elasticity, damping, coarse_contact and "
-                                   "exact_contact, and gravity where it is given."),
+                                   "A list of names, or an object by name. When absent: elasticity, damping, coarse_contact, "
+                                   "exact_contact and friction, and gravity where it is given."),
                        kReadApart, s.effects),
             object_key<OutputKeys>(s.outputs, object_field("outputs", table_of<OutputKeys>(), "Pictures and recordings.")),
             no_key(s.file, s.questions, s.positions, s.settings));

@@ -121,7 +121,7 @@ Json conditions(const ObjectSpec& object) {
         const auto* otherwise = std::get_if<std::string_view>(&discriminator.otherwise);
         const bool used_by_default =
             otherwise != nullptr && std::find(field.used_when.begin(), field.used_when.end(), *otherwise) != field.used_when.end();
-        if (!used_by_default) is_used["required"] = {object.discriminator};
+        if (!used_by_default && object.decided_by.empty()) is_used["required"] = {object.discriminator};
         Json condition{{"if", is_used}};
         if (field.is_required) condition["then"] = {{"required", {field.key}}};
         condition["else"] = {{"properties", {{field.key, false}}}};

@@ -96,6 +96,8 @@ struct ObjectSpec {
     std::string_view marker;        // key that tells this alternative from the others; empty: no alternative
     std::string_view discriminator; // key whose value decides which other keys are used; empty: none
     std::vector<FieldSpec> fields;
+    std::string_view decided_by = {}; // key beside the object that gives an absent discriminator another value than its default: who
+                                      // reads that key refuses the keys that are not used then; empty: none
 
     [[nodiscard]] const FieldSpec* find(std::string_view key) const noexcept;
     [[nodiscard]] std::vector<std::string_view> keys() const;

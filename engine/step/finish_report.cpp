@@ -15,7 +15,8 @@ void close_account(StepBudget& budget, StepReport& report) {
     report.ms.budget_cpu = 1e3 * budget.elapsed_cpu_s();
     report.budget_kept = !budget.overrun();
     const auto idle = [&](AccountPart part) { return report.account[static_cast<std::size_t>(part)].units == 0; };
-    report.below_floor = !report.budget_kept && idle(AccountPart::Descent) && idle(AccountPart::Surfaces) && !report.exact_ran && !report.exact_abandoned;
+    report.below_floor = !report.budget_kept && idle(AccountPart::Descent) && idle(AccountPart::Surfaces) && !report.exact_ran && !report.exact_forced &&
+                         !report.exact_abandoned;
     report.work_units = budget.units_spent();
 }
 
@@ -60,8 +61,8 @@ void report_first_instrument(const SceneModel& model, const State& state, StepRe
     report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
 }
 
-const StepReport& finish_report(const SceneModel& model, State& state, const BodiesScratch& bodies, RodsScratch& rods, StepReport& report,
-                                StepBudget& budget) {
+const StepReport& finish_report(const SceneModel& model, State& state, const BodiesScratch& bodies, const SolidScratch& solids, RodsScratch& rods,
+                                StepReport& report, StepBudget& budget) {
     close_account(budget, report);
     if (report.finite) {
         ++state.step;
@@ -69,7 +70,7 @@ const StepReport& finish_report(const SceneModel& model, State& state, const Bod
         observe(model, state, rods, report);
     }
     report_first_instrument(model, state, report);
-    if (!report.finite) restore_start(model, state, bodies, rods); // the last good state
+    if (!report.finite) restore_start(model, state, bodies, solids, rods); // the last good state
     return report;
 }
 

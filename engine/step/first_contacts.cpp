@@ -17,7 +17,7 @@ void find_first_contacts(const SceneModel& model, State& state, StepScratch& scr
     keep_start(model, state, scratch.bodies, scratch.solids, scratch.rods);
     keep_surfaces(model, state, scratch.bodies);
     share_start(model, scratch.bodies, scratch.solids, scratch.rods);
-    update_solid_trees(model, state, find_live_effects(model, {}).gravity, scratch.solids, true);
+    update_solid_trees(model, state, model.effects.gravity, scratch.solids, true);
     spheretree::Descent& descent = scratch.traversal.descent;
     descent.begin(model.contact.margin);
     add_solid_pairs(model, scratch.solids, descent, report);

@@ -108,29 +108,30 @@ bool hold_rods(const SceneModel& model, State& state, RodsScratch& rods, StepRep
 
 void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies,
                             RodsScratch& rods, StepReport& report) {
-    const auto take = [&](double share) { scale_motion(model, live, share, state, bodies, rods, report); };
+    double taken = 1.0; // of the step's motion
+    const auto take = [&](double share) {
+        scale_motion(model, live, share / taken, state, bodies, rods, report);
+        report.safe_fraction = taken = share;
+    };
     // A skin that stands within the exact distance (a scaled step ends at its edge) is touching from the start, whatever it
     // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
     if (fraction < kStuck) {
         const auto free_share = [&] { return find_free_share(model, 0.0, state, rods); };
-        double taken = 1.0;
         for (double share = free_share(); taken * share >= kStuck; share = free_share()) {
             if (share == 1.0) {
                 report.safe_fraction = taken;
                 report.within_distance = true;
                 return;
             }
-            taken *= 0.5 * share;
-            take(0.5 * share);
+            take(0.5 * share * taken);
         }
     }
     for (const double share : kHoldShares) {
-        take(share * fraction);
-        report.safe_fraction = share * fraction;
+        if (!(fraction > 0.0)) break;
+        take(std::min(share * fraction, taken));
         if (find_free_share(model, model.contact.exact_distance, state, rods) == 1.0) return;
     }
     take(0.0);
-    report.safe_fraction = 0.0;
 }
 
 } // namespace trocar::engine

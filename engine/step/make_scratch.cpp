@@ -112,6 +112,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.fresh.reserve(places);
         own.carried_planes.reserve(state.instruments[i].planes.capacity());
         own.carried_presses.reserve(state.instruments[i].planes.capacity());
+        own.start.self_planes.reserve(state.instruments[i].self_planes.capacity());
         own.last_planes.reserve(state.instruments[i].planes.capacity());
         own.last_presses.reserve(state.instruments[i].planes.capacity());
         own.pushes.reserve(places + kSparePlanes);
@@ -127,6 +128,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
     }
     if (const std::size_t meeting_nodes = count_meeting_nodes(model); meeting_nodes > 0) {
         rods.together.reserve(fem::kMostTogether);
+        rods.meetings_t0.reserve(state.meetings.capacity());
         rods.meetings.reserve(meeting_nodes);
         fem::reserve_together(meeting_nodes, state.meetings.capacity(), find_segment_ratio(model), rods.joint);
     }

@@ -25,8 +25,8 @@ void force_exact_stage(const SceneModel& model, std::size_t instrument, State& s
     rods.hits.clear();
     const ExactOutcome outcome = find_exact_contacts(model, instrument, state, rods, report, nullptr);
     report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
-    report.exact_ran = true;
     report.exact_forced = true;
+    for (const std::size_t one : solved_with(model, rods, instrument)) rods.instruments[one].is_exact = true;
     if (rods.cull) rods.cull->tell(report);
 }
 
@@ -45,12 +45,23 @@ bool may_be_carried(const SceneModel& model, std::size_t instrument, const RodsS
     return true;
 }
 
+/// What no exact stage has answered is as the traversal proved it; it has where it was forced for every instrument.
+void report_proofs(const RodsScratch& rods, StepReport& report) {
+    report.exact_ran = report.exact_forced;
+    for (const InstrumentScratch& instrument : rods.instruments) {
+        if (instrument.is_exact) continue;
+        report.exact_ran = false;
+        for (const spheretree::LinkStatus status : instrument.proven) report.unproven_links += status != spheretree::LinkStatus::Free;
+    }
+}
+
 /// Instruments against their walls, where no exact answer stands: planes from the wall, and what is left to do where they do not suffice.
 void resolve_walls(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report, StepBudget& budget) {
+    if (report.exact_ran) return;
     const bool is_tested = live.coarse_contact || live.exact_contact;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (!is_tested) state.instruments[i].kept_inside = false;
-        if (report.exact_ran || is_solved_with_another(model, rods, i)) continue;
+        if (is_solved_with_another(model, rods, i)) continue;
         if (!is_tested) {
             if (leads_together(rods, i)) solve_instrument(model, i, state, rods); // bores are there without any effect
             continue;
@@ -70,9 +81,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         else
             retry_with_drive_stopped(model, i, state, rods, report);
     }
-    if (report.exact_ran) return;
-    for (const InstrumentScratch& instrument : rods.instruments)
-        for (const spheretree::LinkStatus status : instrument.proven) report.unproven_links += status != spheretree::LinkStatus::Free;
+    report_proofs(rods, report);
 }
 
 /// Forces of a solve whose motion was not taken mean nothing; what the tissue felt it did.
@@ -86,6 +95,9 @@ void forget_forces(State& state) {
         meeting.plane.drag = stays ? meeting.plane.start_drag : Vec3(Vec3::Zero());
     }
 }
+
+/// Did an exact stage answer for all instruments, or for one that planes alone did not keep inside?
+bool is_exact(const StepReport& report) noexcept { return report.exact_ran || report.exact_forced; }
 
 void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
@@ -105,10 +117,10 @@ void resolve_instruments(const SceneModel& model, const EffectSet& live, State& 
     const bool coarse_answer = !report.exact_ran;
     resolve_walls(model, live, state, rods, report, budget);
     if (hold_rods(model, state, rods, report)) {
-        if (report.exact_ran && report.safe_fraction == 1.0) report.safe_fraction = find_free_share(model, model.contact.exact_distance, state, rods);
+        if (is_exact(report) && report.safe_fraction == 1.0) report.safe_fraction = find_free_share(model, model.contact.exact_distance, state, rods);
         forget_forces(state);
     }
-    if (report.exact_ran && report.safe_fraction < 1.0) {
+    if (is_exact(report) && report.safe_fraction < 1.0) {
         scale_to_safe_fraction(model, live, report.safe_fraction, state, bodies, rods, report);
         forget_forces(state);
     }

@@ -32,7 +32,8 @@ private:
 StepReport& start_report(const SceneModel& model, const State& state, StepReport& report);
 
 /// What the step simulates: the model's effects but for what the inputs leave out.
-[[nodiscard]] EffectSet find_live_effects(const SceneModel& model, const LiveEffects& live);
+/// effects   memory of the last step's is used again
+void find_live_effects(const SceneModel& model, const LiveEffects& live, EffectSet& effects);
 
 /// Effects that the budget leaves out of this step, a bit per Droppable; starts the budget's account.
 [[nodiscard]] unsigned choose_drops(const SceneModel& model, StepBudget& budget, StepReport& report);
@@ -41,11 +42,12 @@ StepReport& start_report(const SceneModel& model, const State& state, StepReport
 void keep_start(const SceneModel& model, State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
 
 /// Puts everything back there.
-void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const RodsScratch& rods);
+void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const SolidScratch& solids, const RodsScratch& rods);
 
 /// Drive commands and what pulls at the tissue.
-void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, BodiesScratch& bodies, RodsScratch& rods,
-                  StepReport& report);
+/// dropped   of choose_drops
+void apply_inputs(const SceneModel& model, const EffectSet& live, unsigned dropped, const Inputs& inputs, State& state, BodiesScratch& bodies,
+                  RodsScratch& rods, StepReport& report);
 
 /// dropped   of choose_drops
 void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies,

@@ -14,11 +14,12 @@ namespace trocar::engine {
 bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, StepScratch& scratch, StepBudget& budget) {
     StepReport& report = start_report(model, state, scratch.report);
     scratch.dropped = choose_drops(model, budget, report);
-    const EffectSet& live = scratch.live = find_live_effects(model, inputs.live);
+    find_live_effects(model, inputs.live, scratch.live);
+    const EffectSet& live = scratch.live;
     {
         const Timed timed(report.ms.script, report.ms.total, budget, ProbedPart::Script);
         keep_start(model, state, scratch.bodies, scratch.solids, scratch.rods);
-        apply_inputs(model, live, inputs, state, scratch.bodies, scratch.rods, report);
+        apply_inputs(model, live, scratch.dropped, inputs, state, scratch.bodies, scratch.rods, report);
     }
     {
         const Timed timed(report.ms.fem, report.ms.total, budget, ProbedPart::Prediction);
@@ -57,7 +58,7 @@ const StepReport& finish_step(const SceneModel& model, State& state, StepScratch
         push_solids(model, state, scratch.solids, report, budget);
         list_contacts(model, state, scratch.traversal.coarse, report, scratch.contacts);
     }
-    return finish_report(model, state, scratch.bodies, scratch.rods, report, budget);
+    return finish_report(model, state, scratch.bodies, scratch.solids, scratch.rods, report, budget);
 }
 
 } // namespace trocar::engine

@@ -118,6 +118,7 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
         }
         report.exact_ran = false;
         report.exact_contacts = 0;
+        report.safe_fraction = 1.0; // of a motion that is solved anew
         rods.hits.clear();
     }
     if (rods.cull) rods.cull->tell(report);

@@ -25,8 +25,6 @@ constexpr std::int64_t kDriveTimeout = 600'000'000;
 constexpr std::chrono::milliseconds kAcceptAgain{100};
 /// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
 constexpr std::size_t kFarVessel = 6000, kFarBody = 2000;
-/// Pending recordings at most.
-constexpr std::size_t kMostWaiting = 16;
 
 } // namespace
 
@@ -123,18 +121,16 @@ void Hub::take_snapshot(std::int64_t now) {
 }
 
 void Hub::answer_sealed() {
-    if (!exchange_.sealed.take()) return;
-    const Sealed& sealed = exchange_.sealed.front();
-    while (!waiting_.empty() && waiting_.begin()->first <= sealed.count) {
-        const OnSealed on_sealed = std::move(waiting_.begin()->second);
-        waiting_.erase(waiting_.begin());
+    exchange_.sealed.consume_all([this](const Sealed& sealed) {
+        const OnSealed on_sealed = std::move(waiting_.front());
+        waiting_.pop_front();
         on_sealed(sealed);
-    }
+    });
 }
 
 bool Hub::ask_for(const Seal& what, OnSealed on_sealed) {
-    if (waiting_.size() >= kMostWaiting || !exchange_.commands.push(what)) return false;
-    waiting_.emplace(++seals_asked_, std::move(on_sealed));
+    if (waiting_.size() >= kMostSeals || !exchange_.commands.push(what)) return false;
+    waiting_.push_back(std::move(on_sealed));
     return true;
 }
 

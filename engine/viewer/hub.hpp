@@ -138,8 +138,7 @@ private:
     std::shared_ptr<const std::string> scene_text_;
     std::vector<std::shared_ptr<const std::string>> model_messages_;
     std::map<unsigned, std::weak_ptr<Viewer>> clients_;
-    std::multimap<std::uint64_t, OnSealed> waiting_; // by the count of answers that holds theirs
-    std::uint64_t seals_asked_ = 0;
+    std::deque<OnSealed> waiting_; // for answers to Seal, which come in this order
     std::uint64_t answers_shown_ = 0;
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;

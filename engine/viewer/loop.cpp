@@ -86,14 +86,12 @@ private:
     }
 
     void seal(const Seal& asked) {
-        Sealed& sealed = exchange_.sealed.back();
-        sealed.saved.reset();
+        Sealed sealed;
         if (const Saved* saved = session_.find_saved(asked.saved)) sealed.saved = *saved;
-        sealed.count = ++seals_;
         sealed.recording = session_.recording();
         sealed.steps = sealed.recording ? sealed.recording->steps() : 0;
         sealed.state_hash = hash_state(session_.simulator().state());
-        exchange_.sealed.publish();
+        exchange_.sealed.push(sealed); // there is room: no more than kMostSeals are asked for
     }
 
     /// The next step begins when its simulated time has come, or at once where a command waits for what it does: then the
@@ -164,7 +162,6 @@ private:
     bool behind_ = true;      // the published snapshot is out of date
     bool xray_behind_ = true; // likewise the monitor's
     bool answer_due_ = false; // a command was applied after that
-    std::uint64_t seals_ = 0;
 };
 
 } // namespace

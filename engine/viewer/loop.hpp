@@ -27,7 +27,6 @@ struct PlotPoint {
 
 /// A recording as it stood when it was requested, or a saved state.
 struct Sealed {
-    std::uint64_t count = 0; // answers so far
     std::optional<Saved> saved; // none: not asked for, or there is no such one
     std::shared_ptr<const Recording> recording;
     std::size_t steps = 0;
@@ -36,6 +35,8 @@ struct Sealed {
 
 /// Commands that may wait for the next step.
 inline constexpr std::size_t kMostCommands = 256;
+/// Seal commands that may wait for their answers.
+inline constexpr std::size_t kMostSeals = 16;
 
 /// State shared by the two threads.
 struct Exchange {
@@ -46,7 +47,7 @@ struct Exchange {
     Latest<State> xray;                    // visible_part, for the X-ray monitor
     std::atomic<bool> xray_wanted{false};  // a viewer shows it
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
-    Latest<Sealed> sealed;                 // answers to Seal
+    boost::lockfree::spsc_queue<Sealed, boost::lockfree::capacity<kMostSeals>> sealed; // an answer to each Seal, in their order
     std::atomic<unsigned> viewers{0};      // no viewer: nothing is copied
     std::atomic<bool> spheres{false};      // a viewer shows them
     std::atomic<bool> stop{false};

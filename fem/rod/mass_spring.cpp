@@ -30,7 +30,8 @@ public:
         const std::size_t nodes = model_.node_count();
         std::fill(work_.force.begin(), work_.force.end(), Vec3::Zero());
         add_springs();
-        hold_ = first_ > 0 ? work_.force[first_ - 1] : Vec3(Vec3::Zero());
+        hold_.setZero();
+        for (std::size_t i = first_ > 2 ? first_ - 2 : 0; i < first_; ++i) hold_ += work_.force[i]; // the handle's last two bend the rest
         body_.setZero();
         for (std::size_t i = first_; i < nodes; ++i) {
             Vec3 load = model_.mass[i] * drive_.gravity;
@@ -76,12 +77,13 @@ private:
         Vec3 v = before / (1.0 + model_.design.drag * dt_);
         const Vec3& tangent = work_.tangent[i];
         const Vec3 straight = v.dot(tangent) * tangent;
-        v = straight + (v - straight) / (1.0 + dt_ * model_.design.transverse_drag * model_.segment / mass);
+        const double length = model_.segment * (i > 0 && i + 1 < model_.node_count() ? 1.0 : 0.5); // m, that a node stands for
+        v = straight + (v - straight) / (1.0 + dt_ * model_.design.transverse_drag * length / mass);
         if (!drive_.flow.empty()) {
             const RodFlow& flow = drive_.flow[i];
             const Vec3 slip = flow.velocity - v;
             const Vec3 along = slip.dot(tangent) * tangent, across = slip - along;
-            const double share = dt_ * model_.segment * (i > 0 && i + 1 < model_.node_count() ? 1.0 : 0.5) / mass;
+            const double share = dt_ * length / mass;
             const double a = share * flow.viscous, b = share * (2.0 * flow.viscous + flow.form * speed_across(flow.velocity - work_.from_velocity[i], tangent));
             v += a / (1.0 + a) * along + b / (1.0 + b) * across;
         }

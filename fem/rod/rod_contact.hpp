@@ -108,11 +108,10 @@ void evaluate_press(RodPlane& plane, RodPress& press, double depth, double acros
     return change;
 }
 
-/// N/m, of the rod against what is pressed across it: at its stiffest node.
+/// N/m, of the rod against what is pressed across it: at its stiffest node; where the tip alone is beyond the port, at the one behind it.
 [[nodiscard]] inline double stiffness_across(const RodModel& model, double dt, Index first) noexcept {
     double across = 0.0;
-    for (std::size_t i = std::max<std::size_t>(first, 1); i < model.node_count(); ++i) {
-        if (i + 1 == model.node_count()) continue;
+    for (std::size_t i = std::clamp<std::size_t>(first, 1, model.node_count() - 2); i + 1 < model.node_count(); ++i) {
         const double turn = bend_stencil(model, i)[1];
         across = std::max(across, 1.5 * model.bending_of(i) * turn * turn + model.mass[i] / (dt * dt));
     }

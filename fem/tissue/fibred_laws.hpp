@@ -87,8 +87,11 @@ struct HgoLaw {
     }
     static double fibre(const LawConstants& c, double strain) noexcept {
         const double inside = std::clamp(strain, 0.0, c.fibre_limit), beyond = std::max(0.0, strain - c.fibre_limit);
-        const double steep = natural_exp(c.k2 * inside * inside);
-        return 0.5 * c.k1 / c.k2 * (steep - 1.0) + c.k1 * steep * beyond * (inside + 0.5 * beyond * (1.0 + 2.0 * c.k2 * inside * inside));
+        const double square = inside * inside, exponent = c.k2 * square, steep = natural_exp(exponent);
+        // (e^x - 1) / k2; of a small x by its series, where the difference would lose it
+        const double stored = exponent > kSmallExponent ? (steep - 1.0) / c.k2
+                                                        : square * (1.0 + exponent * (1.0 / 2.0 + exponent * (1.0 / 6.0 + exponent / 24.0)));
+        return 0.5 * c.k1 * stored + c.k1 * steep * beyond * (inside + 0.5 * beyond * (1.0 + 2.0 * c.k2 * inside * inside));
     }
 };
 

@@ -61,9 +61,11 @@ Result<void> check_branches(const Material& m) {
 Result<void> check_law(const Material& m) {
     switch (m.law) {
     case MaterialLaw::MooneyRivlin:
-        if (std::isfinite(m.c10) && std::isfinite(m.c01) && m.c10 + m.c01 > 0.0 && m.c10 >= 0.0 && m.c01 >= 0.0) return {};
-        return bad_law("mooney_rivlin's c10 is " + std::to_string(m.c10) + " and c01 " + std::to_string(m.c01) +
-                       "; both must be 0 Pa or more, and one above");
+        if (!(std::isfinite(m.c10) && std::isfinite(m.c01) && m.c10 + m.c01 > 0.0 && m.c10 >= 0.0 && m.c01 >= 0.0))
+            return bad_law("mooney_rivlin's c10 is " + std::to_string(m.c10) + " and c01 " + std::to_string(m.c01) +
+                           "; both must be 0 Pa or more, and one above");
+        if (make_law_constants(m).lambda > 0.0) return {};
+        return bad_law("mooney_rivlin without c10 leaves no resistance to volume where poisson_ratio is 0; one of them must be above 0");
     case MaterialLaw::Ogden:
         if (const auto fine = check_ogden(m); !fine) return fine;
         if (make_law_constants(m).lambda > 0.0) return {};

@@ -77,6 +77,7 @@ struct LawConstants {
 
 inline constexpr double kLeastOgdenSquare = 0.09, kMostOgdenSquare = 100.0; // [-] squared stretches: OgdenLaw
 inline constexpr double kMostFibreExponent = 6.0;                           // [-] k2 E^2 of a fibre: HgoLaw
+inline constexpr double kSmallExponent = 1e-3;                              // [-] k2 E^2 below which e^x - 1 is its series, to 1e-14
 
 /// Which explicit rule carries the tissue over a sub-step. (Implicit steps: implicit.hpp.)
 enum class Integrator : std::uint8_t { Rk4, Leapfrog };

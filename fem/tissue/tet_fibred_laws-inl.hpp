@@ -223,7 +223,11 @@ struct HgoLanes {
         const V inside = hn::Max(hn::Min(strain, set(law.fibre_limit)), hn::Zero(D8()));
         const V beyond = hn::Max(hn::Sub(strain, set(law.fibre_limit)), hn::Zero(D8()));
         const Fibre end = find_fibre(law, inside);
-        const V stored = hn::Mul(set(0.5 * law.k1 / law.k2), hn::Sub(natural_exp(hn::Mul(set(law.k2), hn::Mul(inside, inside))), set(1.0)));
+        const V square = hn::Mul(inside, inside), exponent = hn::Mul(set(law.k2), square);
+        const V large = hn::Mul(set(0.5 * law.k1 / law.k2), hn::Sub(natural_exp(exponent), set(1.0)));
+        const V series = fma(exponent, fma(exponent, fma(exponent, set(1.0 / 24.0), set(1.0 / 6.0)), set(0.5)), set(1.0));
+        const V small = hn::Mul(hn::Mul(set(0.5 * law.k1), square), series);
+        const V stored = hn::IfThenElse(hn::Gt(exponent, set(kSmallExponent)), large, small);
         return fma(beyond, fma(hn::Mul(set(0.5), end.second), beyond, end.first), stored);
     }
     static HWY_INLINE V energy(const LawConstants& c, const FibreBatch* fibres, std::size_t lane, const M3& f, V det) {

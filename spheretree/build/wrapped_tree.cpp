@@ -1,6 +1,5 @@
 #include "spheretree/build/wrapped_tree.hpp"
 
-#include "base/self_intersection.hpp"
 #include "base/short_number.hpp"
 #include "base/surface_area.hpp"
 #include "base/topology.hpp"
@@ -117,7 +116,7 @@ std::optional<Builder> find_builder(std::string_view name) noexcept {
 
 std::string builder_names() { return "medial, hubbard, octree, shell"; }
 
-Result<void> check_surface_for(const TriMesh& surface, Builder builder) {
+Result<void> check_surface_for(const TriMesh& surface, Builder builder, std::size_t max_compared) {
     if (const Result<void> finite = check_finite(surface); !finite.ok() || !needs_closed(builder)) return finite;
     const SurfaceReport report = inspect_surface(surface);
     if (!report.closed())
@@ -128,13 +127,17 @@ Result<void> check_surface_for(const TriMesh& surface, Builder builder) {
         return bad_mesh(std::to_string(report.inconsistent_edges) + " edges that both triangles use the same way, first bad triangles " +
                         triangles_at(surface, [](auto edge) { return edge.size() == 2 && edge[0].forward == edge[1].forward; }) +
                         "; repair \"orient\" turns them; " + instead(builder));
-    if (const SelfIntersections crossings = find_self_intersections(surface, 4); crossings.count > 0) {
+    const SelfIntersections crossings = find_self_intersections(surface, 4, Crossing::Proper, max_compared);
+    if (crossings.count > 0) {
         std::string pairs;
         for (const auto& pair : crossings.pairs)
             pairs += (pairs.empty() ? "" : ", ") + std::to_string(pair[0]) + " with " + std::to_string(pair[1]);
         return bad_mesh(std::to_string(crossings.count) + " pairs of triangles cross, first bad triangles " + pairs +
                         "; repair \"drop_self_intersections\" separates them; " + instead(builder));
     }
+    if (!crossings.complete)
+        return bad_mesh("more than " + std::to_string(max_compared) + " pairs of triangles are too near to each other to tell whether any cross; " +
+                        instead(builder));
     if (report.signed_volume < 0.0)
         return bad_mesh("the surface is inside out (triangle 0 and all others), repair \"orient\" turns it; " + instead(builder));
     return {};

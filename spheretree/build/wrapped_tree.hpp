@@ -9,6 +9,7 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "base/self_intersection.hpp"
 #include "spheretree/build/piece.hpp"
 #include "spheretree/build/wrapped_options.hpp"
 #include "spheretree/sphere_tree.hpp"
@@ -43,6 +44,7 @@ struct WrappedTree {
 [[nodiscard]] std::string describe_coarser(const TriMesh& surface);
 
 /// What build_wrapped_tree asks of a surface.
-[[nodiscard]] Result<void> check_surface_for(const TriMesh& surface, Builder builder);
+/// max_compared  as of find_self_intersections; a surface whose crossings it does not find out is refused
+[[nodiscard]] Result<void> check_surface_for(const TriMesh& surface, Builder builder, std::size_t max_compared = kMostCompared);
 
 } // namespace trocar::spheretree

@@ -3,6 +3,7 @@
 #include "spheretree/bounding.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace trocar::spheretree {
@@ -65,6 +66,10 @@ std::span<const Index> nodes_of(const DeformingTree& tree, Index frame) noexcept
     return frame < triangles ? std::span<const Index>(tree.frame_nodes[frame]) : std::span<const Index>(tree.affine_nodes[frame - triangles]);
 }
 
+/// A corner of a piece is p = sum b_k v_k of the vertices of its triangle, b_k >= 0 with the sum 1, and |p - c| <= r at rest. With
+/// T x = c' + turn (x - c) it goes to p' = T p + sum b_k (v_k' - T v_k), so |p' - c'| <= r + max |v_k' - T v_k| wherever the v_k lie.
+/// A vertex that stands still: |v - T v| <= |c' - c| + |turn - I| |v - c|, and v may lie outside of the sphere: `stands` bounds |v - c|.
+/// One that moves by a share s of its frame's: v' - T v = (1 - s) (v - T v) + s (m' - T v), at most the larger of the two bounds.
 Sphere deform_conservatively(const DeformingTree& tree, Index sphere, const NodePose& pose) noexcept {
     const Sphere& rest = tree.tree.spheres[sphere];
     const std::span<const Index> near(tree.near.data() + tree.near_begin[sphere], tree.near_begin[sphere + 1] - tree.near_begin[sphere]);
@@ -83,8 +88,8 @@ Sphere deform_conservatively(const DeformingTree& tree, Index sphere, const Node
         const Mat3 now = tree.frame_rest[carried.frame] + pose.turn[carried.frame];
         grow = std::max(grow, std::sqrt(node_sq) + carried.reach * difference(now, turn * tree.frame_rest[carried.frame]));
     }
-    if (tree.stands[sphere] != 0)
-        grow = std::max(grow, (out.centre - rest.centre).norm() + rest.radius * difference(turn, Mat3::Identity()));
+    if (tree.stands[sphere] > 0.0)
+        grow = std::max(grow, (out.centre - rest.centre).norm() + tree.stands[sphere] * difference(turn, Mat3::Identity()));
     if (!is_finite(out.centre) || !std::isfinite(grow)) return {};
     out.radius = (rest.radius + grow) * kRoundOut + 1e-12 * out.centre.cwiseAbs().maxCoeff();
     return out;
@@ -114,13 +119,16 @@ void add_nearest(const Vec3& place, std::span<const Vec3> nodes, std::size_t cou
 }
 
 /// Frames beneath one sphere, ascending, each with its longest reach.
+/// stands  as DeformingTree's, 0 before
 void add_frames(const DeformingTree& out, Index sphere, const TriMesh& surface, const SurfaceLinks& links, std::vector<double>& reach,
-                std::vector<DeformingTree::Beneath>& beneath, std::uint8_t& stands) {
+                std::vector<DeformingTree::Beneath>& beneath, double& stands) {
+    const Sphere& rest = out.tree.spheres[sphere];
     std::vector<Index> frames;
     for (const Index triangle : out.tree.items_of(sphere))
         for (const Index v : surface.triangles[triangle]) {
             const Index frame = links.vertex_frame[v];
-            if (frame == kNoIndex || links.vertex_blend[v] < 1.0) stands = 1;
+            if (frame == kNoIndex || links.vertex_blend[v] < 1.0)
+                stands = std::max({stands, std::numeric_limits<double>::min(), rest.radius, (surface.vertices[v] - rest.centre).norm()});
             if (frame == kNoIndex) continue;
             if (reach[frame] < 0.0) frames.push_back(frame);
             reach[frame] = std::max(reach[frame], links.vertex_projection[v].norm());
@@ -161,7 +169,7 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
         add_nearest(out.tree.spheres[s].centre, host_node_rest, nearest[level], by_distance, out.near);
         for (std::size_t k = first; k < out.near.size(); ++k) out.near[k] = host_nodes[out.near[k]];
         out.near_begin.push_back(static_cast<Index>(out.near.size()));
-        out.stands.push_back(0);
+        out.stands.push_back(0.0);
         const std::size_t begin = out.beneath.size();
         add_frames(out, s, surface, links, reach, out.beneath, out.stands.back());
         out.beneath_begin.push_back(static_cast<Index>(out.beneath.size()));

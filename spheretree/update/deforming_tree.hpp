@@ -55,7 +55,9 @@ struct DeformingTree {
     };
     std::vector<Index> beneath_begin; // [sphere_count + 1] frames that carry what lies beneath
     std::vector<Beneath> beneath;
-    std::vector<std::uint8_t> stands; // [sphere_count] 1: some of what lies beneath stands still, wholly or in part
+    // [sphere_count] m, 0: nothing beneath stands still; else above 0, and at least the radius and the distance from the centre of every
+    // vertex of the triangles beneath that stands still, wholly or in part
+    std::vector<double> stands;
 };
 
 /// |V| by level, the root's first; deeper levels as the last. More of them: smoother and slower.

@@ -95,6 +95,19 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
                                            Case{"WithImplicitTissue", {35, "exact", kAllEffects, test::kOrgan, "implicit"}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
+/// An effect that remembers.
+TEST(Contrast, AllocatesNothingOnceWarm) {
+    std::string text = test::bent_tube_scene();
+    const std::string list = R"(["coarse_contact", "exact_contact", "friction"])";
+    ASSERT_NE(text.find(list), std::string::npos);
+    text.replace(text.find(list), list.size(), R"({"coarse_contact": true, "exact_contact": true, "contrast": {"rate": 2, "speed": 100, "duration": 2}})");
+    const PreparedScene prepared = test::prepare(text);
+    ASSERT_EQ(prepared.model.effects.added.size(), 1u);
+    Simulator simulator(prepared.model);
+    (void)test::run_steps(simulator, 50);
+    expect_no_allocation(simulator);
+}
+
 /// A wire that is pushed out of a catheter and turned, both with torsional wind-up: the chain of both grows during the test.
 TEST(WireInACatheter, AllocatesNothingOnceWarm) {
     for (const char* bore : {"", R"("inner_radius": 0.5, )"}) { // on one axis, and with play

@@ -1,9 +1,14 @@
 #include "base/inside.hpp"
 #include "base/repair.hpp"
+#include "base/repair_steps.hpp"
 #include "base/self_intersection.hpp"
 
 #include "test_meshes.hpp"
 #include "tests/made/surfaces.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <numbers>
 
 using namespace trocar;
 using namespace trocar::test;
@@ -95,6 +100,47 @@ TEST(Weld, ToleranceIsADistance) {
     TriMesh tiny = make_soup(make_cube(1e-9), 0.0);
     expect_repair(tiny, Repair::Weld);
     EXPECT_EQ(tiny.vertices.size(), 8u);
+}
+
+/// Of every pair, as the repair says it: each vertex to the lowest earlier one within the tolerance that has stayed.
+TEST(Weld, ToleranceIsThatOfThePairsWhateverTheCells) {
+    const double tolerance = 0.01;
+    Random random{67};
+    for (const double extent : {0.02, 0.1, 1.0}) {
+        TriMesh soup;
+        for (Index v = 0; v < 600; ++v) soup.vertices.push_back(extent * random.point());
+        for (Index v = 0; v < 600; v += 3) soup.triangles.push_back({v, v + 1, v + 2});
+        std::vector<Index> stayed;
+        std::size_t merged = 0;
+        for (Index v = 0; v < 600; ++v) {
+            const auto near = [&](Index kept) { return (soup.vertices[kept] - soup.vertices[v]).norm() <= tolerance; };
+            if (std::any_of(stayed.begin(), stayed.end(), near))
+                ++merged;
+            else
+                stayed.push_back(v);
+        }
+        const auto step = apply_repair(soup, Repair::Weld, {.weld_tolerance = tolerance, .may_remove = 1.0, .may_split = true});
+        ASSERT_TRUE(step.ok()) << step.error().message;
+        EXPECT_EQ(step->vertices_merged, merged) << extent;
+    }
+}
+
+TEST(Weld, OfHundredsOfThousandsOfVerticesAtOnePlaceTakesNoLongerThanOfAsManyApart) {
+    constexpr Index kTriangles = 200000; // a cone of loose triangles: all have the apex
+    TriMesh cone;
+    const auto rim = [](Index k) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k % kTriangles) / kTriangles;
+        return Vec3(1e3 * std::cos(angle), 1e3 * std::sin(angle), 0.0);
+    };
+    for (Index k = 0; k < kTriangles; ++k) {
+        cone.triangles.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+        cone.vertices.insert(cone.vertices.end(), {Vec3(0.0, 0.0, 1e3), rim(k), rim(k + 1)});
+    }
+    const std::clock_t begin = std::clock();
+    ASSERT_TRUE(apply_repair(cone, Repair::Weld).ok());
+    EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 15.0) << "each copy of the apex was compared with all others";
+    EXPECT_EQ(cone.vertices.size(), kTriangles + 1u);
+    EXPECT_EQ(cone.triangles.size(), kTriangles);
 }
 
 TEST(DropDegenerate, NeedlesAndCapsGoWithoutOpeningTheSurface) {
@@ -201,6 +247,32 @@ TEST(FillHoles, ALongLoopGetsAFan) {
     EXPECT_EQ(expect_repair(grid, Repair::FillHoles).triangles_added, 1000u);
     const SurfaceReport report = inspect_surface(grid);
     EXPECT_TRUE(report.closed() && report.manifold() && report.oriented());
+}
+
+TEST(FillHoles, LoopsBeyondWhatIsWeighedInAllGetFansAsLongOnesDo) {
+    constexpr Index kRim = 790;
+    constexpr std::size_t kCones = 14;
+    TriMesh mesh;
+    for (std::size_t c = 0; c < kCones; ++c) { // open at the bottom
+        const Vec3 middle(3.0 * static_cast<double>(c), 0.0, 0.0);
+        TriMesh cone;
+        cone.vertices.push_back(middle + Vec3::UnitZ());
+        for (Index k = 0; k < kRim; ++k) {
+            const double angle = 2.0 * std::numbers::pi * k / kRim;
+            cone.vertices.push_back(middle + Vec3(std::cos(angle), std::sin(angle), 0.0));
+            cone.triangles.push_back({0, 1 + k, 1 + (k + 1) % kRim});
+        }
+        mesh = join(std::move(mesh), cone);
+    }
+    const std::size_t vertices = mesh.vertices.size();
+    const RepairStep step = expect_repair(mesh, Repair::FillHoles);
+    const std::size_t fans = mesh.vertices.size() - vertices; // each has a hub
+    EXPECT_EQ(step.holes_filled, kCones);
+    EXPECT_EQ(step.crossings_made, 0u);
+    EXPECT_TRUE(inspect_surface(mesh).closed());
+    EXPECT_GT(fans, 0u) << "all loops were weighed";
+    EXPECT_LT(fans, kCones / 2) << "those within the limit get least area";
+    EXPECT_EQ(step.triangles_added, kCones * (kRim - 2) + 2 * fans);
 }
 
 TEST(FillHoles, WorksOnInconsistentInputAndRefusesAMoebiusStrip) {
@@ -402,6 +474,16 @@ TEST(Repair, ThatWouldTakeTooMuchOrSplitIsAnErrorThatSaysWhatItWouldHaveRemoved)
     TriMesh two = join(make_cube(2.0), make_cube(1.0, Vec3(5, 0, 0)));
     EXPECT_FALSE(apply_repair(two, Repair::KeepLargest).ok());
     EXPECT_TRUE(apply_repair(two, Repair::KeepLargest, {.may_remove = 0.25}).ok());
+}
+
+TEST(DropSelfIntersections, ASearchThatGivesUpIsAnErrorAndNoProofThatNothingCrosses) {
+    TriMesh shells = join(make_sphere(2), make_sphere(2, 0.98));
+    EXPECT_TRUE(repairs::drop_self_intersections(shells, 0).ok());
+    for (const int most_rounds : {0, 1}) {
+        const Result<RepairStep> step = repairs::drop_self_intersections(shells, most_rounds, 0);
+        ASSERT_FALSE(step.ok());
+        EXPECT_NE(step.error().message.find("for crossings to be counted"), std::string::npos) << step.error().message;
+    }
 }
 
 TEST(Repair, NeverTakesMoreThanItMayNorSplits) {

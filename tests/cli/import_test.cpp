@@ -149,6 +149,32 @@ TEST_F(ImportCommand, RefusesWhatItCannotReadAndLeavesNothingBehind) {
     EXPECT_FALSE(fs::exists(made("scene.json")));
 }
 
+TEST_F(ImportCommand, IsRefusedWhereItsFilesTakeThePlaceOfThoseThatItReads) {
+    ASSERT_TRUE(ended_with(import("segmentation", write_tube(), {"--no-explain"}), 0));
+    fs::create_symlink(made("vessel.stl"), folder / "link.stl");
+    std::vector<std::pair<fs::path, std::string>> before;
+    for (const auto& entry : fs::directory_iterator(folder / "made")) before.emplace_back(entry.path(), text_of(entry.path()));
+    for (const auto& [kind, file] : {std::pair<std::string, fs::path>{"vessel", made("vessel.stl")},
+                                     {"vessel", folder / "link.stl"},
+                                     {"organ", made("../made/vessel.vtp")},
+                                     {"vmtk", made("centreline.vtp")},
+                                     {"slicer", made("centreline.mrk.json")},
+                                     {"slicer", folder / "made"}})
+        EXPECT_TRUE(refuses(import(kind, file, {"--no-explain", "--force"}), "--out: ")) << kind << " " << file;
+    for (const auto& [file, text] : before) EXPECT_EQ(text_of(file), text) << file;
+    EXPECT_EQ(before.size(), 6u);
+}
+
+TEST_F(ImportCommand, OfASceneThatIsNotTakenRemovesItsOwnFilesAndNoneOfAnEarlierImport) {
+    write("made/organ.vtp", "of an earlier import");
+    fs::create_directories(made("explain.txt") / "in the way"); // the trial cannot write its answer
+    const Ended ended = import("segmentation", write_tube(), {"--force"});
+    EXPECT_TRUE(refuses(ended, "explain.txt"));
+    for (const char* name : {"scene.json", "vessel.vtp", "vessel.stl", "centreline.vtp", "centreline.mrk.json", "import.json"})
+        EXPECT_FALSE(fs::exists(made(name))) << name;
+    EXPECT_EQ(text_of(made("organ.vtp")), "of an earlier import");
+}
+
 TEST_F(ImportCommand, RegionsOfAnOrganStandInItsSceneAndAWrongLabelIsRefused) {
     const fs::path file = write("two.mesh", "MeshVersionFormatted 1\nDimension 3\nVertices\n12\n0 0 0 0\n50 0 0 0\n50 50 0 0\n0 50 0 0\n0 0 50 0\n50 0 50 0\n50 50 50 0\n"
                                             "0 50 50 0\n0 0 80 0\n50 0 80 0\n50 50 80 0\n0 50 80 0\nHexahedra\n2\n1 2 3 4 5 6 7 8 4\n5 6 7 8 9 10 11 12 6\nEnd\n");

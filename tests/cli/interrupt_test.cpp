@@ -120,6 +120,20 @@ TEST_F(Interrupted, WorkWithNothingToPutAwayEndsAtOnce) {
     }
 }
 
+TEST_F(Interrupted, AFilmIsWrittenOfTheFramesThatWereTaken) {
+    const std::string scene = write("tube.json", kTube), film = folder / "film.png";
+    Ended ended;
+    for (int ms = 500; ms <= 16'000 && !fs::exists(film); ms *= 2) { // what is interrupted before its first frame ends without a film
+        const pid_t child = start({"film", scene, "--out", film, "-n", "100000000", "--every", "100000"});
+        std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+        ASSERT_EQ(send_signal(child, SIGINT), 0);
+        ended = wait_for(child, kPatience);
+        EXPECT_TRUE(ended_with(ended, 130));
+    }
+    EXPECT_TRUE(fs::exists(film)) << ended;
+    EXPECT_TRUE(ended.says(" frames of 256 x 256 pixels")) << ended;
+}
+
 TEST_F(Interrupted, MoreTetrahedraThanWouldBeTakenAreRefusedBeforeTheMesherStarts) {
     const Ended ended = call({"explain", write("fine.json", with(kSoftBall, "\"max_volume\": 500", "\"max_volume\": 1e-10"))});
     EXPECT_TRUE(refuses(ended, "bodies.ball.coarse.max_volume: 1e-10 mm^3 asks for "));

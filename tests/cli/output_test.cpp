@@ -286,6 +286,16 @@ TEST_F(Missing, OneOutputThatCannotBeWrittenLosesNoOther) {
     expect_all_but("/dev/full");
 }
 
+TEST_F(Missing, IsWrittenInTheSummaryAlsoWhereNobodyCanReadTheNotice) {
+    fs::create_directories(out() / "checkpoint.bin" / "of somebody");
+    const std::string command = std::string(TROCAR_PROGRAM) + " run " + scene.string() + " --no-pictures --force --checkpoint-every 7 --out " +
+                                out().string() + " > /dev/null 2> /dev/full";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+    ASSERT_TRUE(fs::exists(out() / "summary.json"));
+    EXPECT_EQ(summary()["steps"], 20);
+    EXPECT_TRUE(names_as_missing("checkpoint.bin"));
+}
+
 TEST_F(Missing, SeveralAreNamedOneByOne) {
     const Ended ended = run_with({"report.html", "trace.json"});
     ASSERT_TRUE(ended_with(ended, 2));

@@ -46,6 +46,14 @@ TEST_F(Preparation, TakesUnitsWithinReasonAlone) {
     EXPECT_TRUE(ended_with(prepare(cube, {"--unit", "1e12", "--depth", "1"}), 0));
 }
 
+TEST_F(Preparation, OfSpheresWhoseFilesNameIsNotUtf8IsWrittenDown) {
+    const fs::path cube = write("cube.obj", cube_with_corner("1")), spheres = folder / ("s\xff" ".sph");
+    ASSERT_TRUE(ended_with(prepare(cube, {"--depth", "1"}), 0));
+    fs::rename(out() / "spheres.sph", spheres);
+    ASSERT_TRUE(ended_with(prepare(cube, {"--spheres", spheres.string()}), 0));
+    EXPECT_TRUE(Json::parse(text_of(out() / "prepare.json"), nullptr, false).is_object());
+}
+
 TEST_F(Preparation, OfASurfaceWithoutExtentAreaOrVolumeIsRefused) {
     const fs::path cube = write("cube.obj", cube_with_corner("1"));
     std::string point;

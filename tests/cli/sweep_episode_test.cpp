@@ -1,6 +1,9 @@
 // `episode`, and sweeps of it.
 #include "sweep_command.hpp"
 
+#include "engine/state/bit_hash.hpp"
+
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 
@@ -125,6 +128,23 @@ TEST_F(EpisodeCommand, AFolderThatIsKeptIsARecordThatScoreJudgesTheSame) {
         std::ofstream(one / file, std::ios::binary) << text;
     }
     EXPECT_TRUE(ended_with(call({"score", one.string()}), 0));
+}
+
+TEST_F(EpisodeCommand, ARecordWhoseManifestHasAValueOfAnotherTypeIsRefused) {
+    for (const auto& [manifest, says] : {std::pair{R"({"kind": 5, "version": 1})", "is no manifest of an episode"},
+                                         {R"({"kind": null, "version": 1})", "is no manifest of an episode"},
+                                         {R"({"kind": "trocar-episode", "version": "one"})", "is of version \"one\"; expected version 1"},
+                                         {R"({"kind": "trocar-episode"})", "is of version null; expected version 1"}}) {
+        engine::BitHash hash;
+        hash.add_bytes(manifest);
+        char line[20];
+        std::snprintf(line, sizeof line, "%016llx\n", static_cast<unsigned long long>(hash.value()));
+        write("record/manifest.json", manifest);
+        write("record/manifest.hash", line);
+        const Ended scored = call({"score", (folder / "record").string()});
+        EXPECT_TRUE(ended_with(scored, 5)) << manifest;
+        EXPECT_TRUE(scored.says(says)) << scored;
+    }
 }
 
 TEST_F(EpisodeCommand, AnEpisodeOfABudgetOfTimeIsNoRecord) {

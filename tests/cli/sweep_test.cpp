@@ -498,6 +498,7 @@ TEST_F(SweepCommand, BadTablesOfRowsAreRefusedWithTheirLine) {
                              {"/budget,/instruments/wire/friction\nexact,[0\n", "cases.csv:2:7: /instruments/wire/friction"},
                              {"/budget,--steps\nexact,3\nexact,1.5\n", "cases.csv:3:7: --steps: found 1.5; expected an integer"},
                              {"/budget\nexact\nnan\n", "cases.csv:3:1: /budget"},
+                             {"/budget\nexact\n\"work:100\n", "cases.csv:3:1: found a quote that is never closed"},
                              {"/budgt\nexact\n", "\"budget\""},
                              {"/instruments/wire/friction\nnan\n", "cases.csv:2:1"}};
     for (const Broken& one : broken) {

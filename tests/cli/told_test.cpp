@@ -205,6 +205,8 @@ TEST_F(Told, PlacesThatCannotBeWrittenAreRefusedBeforeAnythingIsDone) {
 TEST_F(Told, AQueryFileThatIsNotThereIsSaidToBeNotThere) {
     EXPECT_TRUE(refuses(call({"ccd", folder / "none.csv"}), "cannot be opened"));
     EXPECT_TRUE(refuses(call({"ccd", folder}), "folder"));
+    fs::create_symlink("loop.csv", folder / "loop.csv");
+    EXPECT_TRUE(refuses(call({"ccd", folder / "loop.csv"}), "loop.csv: cannot be opened"));
 }
 
 /// A budget below what no step can leave out is accepted, and said with both numbers.

@@ -93,6 +93,59 @@ TEST_F(Values, ARecordIsNotWrittenOverWhatTheRunReads) {
     EXPECT_EQ(text_of(folder / "grants"), grants);
 }
 
+/// A wire in a tube, and a target for it.
+std::string with_target() {
+    return with(with(kTube, R"("path": [[0, 20, 0], [0.2, 26, 0.4]])", R"("inserted": 20)"), R"("effects")",
+                R"("targets": {"end": {"position": [0, 0, 60]}}, "effects")");
+}
+
+TEST_F(Values, AnOutputFolderThatHoldsWhatIsReadUnderAnOutputsNameIsRefused) {
+    const std::string rows = "t,insertion,rotation\n0,20,0\n0.2,26,0.4\n";
+    const fs::path path = write("out/path.csv", rows), plan = write("out/plan.json", with_target()), spheres = write("out/spheres.sph", "1 1\n");
+    fs::create_symlink(path, folder / "link.csv");
+    for (const fs::path& file : {path, folder / "link.csv", folder / "out/../out/path.csv"})
+        EXPECT_TRUE(refuses(run(scene, {"-n", "1", "--force", "--path", file}), file.string() + ": --out: is read, and lies in " + out().string()));
+    const fs::path own = write("own.json", with(kTube, "[[0, 20, 0], [0.2, 26, 0.4]]", "\"out/path.csv\""));
+    EXPECT_TRUE(refuses(run(own, {"-n", "1", "--force"}), "path.csv: --out: is read"));
+    for (const char* command : {"run", "plan", "cost", "episode"})
+        EXPECT_TRUE(refuses(call({command, plan, "--out", out(), "--force"}), "plan.json: --out: is read")) << command;
+    const fs::path mesh = write("tetrahedron.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+    EXPECT_TRUE(refuses(call({"prepare", mesh, "--spheres", spheres, "--out", out(), "--force"}), "spheres.sph: --out: is read"));
+    EXPECT_EQ(text_of(path), rows);
+    EXPECT_EQ(text_of(plan), with_target());
+    EXPECT_EQ(text_of(spheres), "1 1\n");
+    fs::rename(path, folder / "out/mine.csv");
+    EXPECT_TRUE(ended_with(run(scene, {"-n", "1", "--force", "--path", folder / "out/mine.csv"}), 0)) << "under a name that no output has";
+    EXPECT_EQ(text_of(folder / "out/mine.csv"), rows);
+}
+
+TEST_F(Values, AFilmOrAPageIsNotWrittenOverWhatIsRead) {
+    const std::string file = scene.string(), like = write("view.dcm", "a view").string(), list = write("list.txt", "tube.json 2 1e-9\n").string();
+    for (const std::string& taken : {file, like})
+        EXPECT_TRUE(refuses(call({"film", file, "-n", "1", "--like", like, "--out", taken}),
+                            "--out: " + taken + " is read, or written by another option"));
+    ASSERT_TRUE(ended_with(call({"verify", list, "--write-references"}), 0));
+    for (const std::string& page : {list, file, (folder / "references/tube.json.gz").string()}) {
+        const std::string before = text_of(page);
+        EXPECT_TRUE(refuses(call({"verify", list, "--page", page}), "--page: " + page + " is read, or written by another option"));
+        EXPECT_EQ(text_of(page), before);
+    }
+    EXPECT_EQ(text_of(scene), kTube);
+    EXPECT_EQ(text_of(like), "a view");
+}
+
+TEST_F(Values, ANameOfAFileMayHoldAnyBytes) {
+    const std::string file = write("t\xff" "be.json", with(with_target(), "\"name\": \"tube\",", "")).string(); // the scene's name is the file's
+    const std::string list = write("list.txt", "t\xff" "be.json 2 1e-9\n").string();
+    const Ended planned = call({"plan", file, "--to", "end", "--out", folder / "way", "--no-report", "--quiet"});
+    EXPECT_EQ(planned.signal, 0) << planned;
+    EXPECT_TRUE(Json::parse(text_of(folder / "way/plan.json"), nullptr, false).is_object());
+    ASSERT_TRUE(ended_with(call({"episode", file, "--time", "1", "--out", out()}), 0));
+    EXPECT_EQ(summary()["scene"], "t\xef\xbf\xbd" "be");
+    ASSERT_TRUE(ended_with(call({"verify", list, "--write-references"}), 0));
+    EXPECT_TRUE(ended_with(call({"verify", list}), 0)) << "and its reference is its own";
+}
+
 TEST_F(Values, ARecordThatCannotBeWrittenIsToldAndTheSummaryNamesItAsMissing) {
     EXPECT_TRUE(refuses(run(scene, {"-n", "2", "--record-grants", "/dev/full"}), "/dev/full"));
     const std::string summary = text_of(out() / "summary.json");

@@ -56,6 +56,7 @@ TEST_F(View, RefusesWhatItCannotServe) {
     EXPECT_TRUE(refuses(view({"--address", "nowhere"}), "127.0.0.1"));
     EXPECT_TRUE(refuses(view({"--budget", "7"}), "--budget"));
     EXPECT_TRUE(refuses(view({"-n", "0"}), "--steps"));
+    EXPECT_TRUE(refuses(view({"--igtl", "0", "--igtl-rate", "nan"}), "--igtl-rate"));
     EXPECT_TRUE(refuses(call({"view", (folder / "none.json").string(), "--page", page.string()}), "none.json"));
     EXPECT_TRUE(refuses(call({"view", scene.string(), "--page", (folder / "none.html").string()}), "none.html"));
 }

@@ -165,6 +165,22 @@ TEST(ExactCcd, AgreesWithRationalArithmeticOnWhatCrosses) {
     EXPECT_LT(counts.exact, 5u);
 }
 
+TEST(ExactCcd, WhatIsNotFiniteIsAContactAtTimeZeroAndReachesNoIntegers) {
+    const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+    Random random(37);
+    for (const double bad : {nan, infinity, -infinity})
+        for (int trial = 0; trial < 200; ++trial) {
+            Pair pair = trial % 2 == 0 ? whole_pair(random, 3) : nearly_touching_pair(random);
+            SweptPoint& victim = pair.p[random.bits() % 4];
+            (random.bits() % 2 ? victim.t0 : victim.t1)[static_cast<int>(random.bits() % 3)] = bad;
+            const CcdResult ccd = pair.meet();
+            EXPECT_TRUE(ccd.meets) << bad << " trial " << trial;
+            EXPECT_EQ(ccd.time, 0.0) << bad << " trial " << trial;
+            EXPECT_NE(ccd.decided_by, Decision::Exact) << bad << " trial " << trial;
+            EXPECT_TRUE(ccd.normal.allFinite()) << bad << " trial " << trial;
+        }
+}
+
 TEST(ExactCcd, FourAtATimeAnswerAsOneAtATimeToTheBit) {
     constexpr std::uint64_t kSeed = 38;
     Random random(kSeed);

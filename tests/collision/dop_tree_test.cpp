@@ -57,6 +57,33 @@ TEST(DopTree, ThatFollowsFindsTheTrianglesOfOneThatIsRefitted) {
         }
 }
 
+/// Moves of less than half a unit in the last place of the way so far, a million of them: each is another motion all the same.
+TEST(DopTree, ThatFollowsMovesThatAreLostInTheWaySoFarStillFindsWhatIsThere) {
+    constexpr double kMove = 5e-14, kRadius = 1e-3; // m
+    constexpr int kMoves = 1'000'000;
+    for (const TreeOptions& options : kKinds) {
+        Surface surface = make_bent_tube(0.2, 0.01, 60, 16, 4.0);
+        surface.t1 = surface.t0;
+        surface.close();
+        DopTree follows, whole;
+        for (DopTree* tree : {&follows, &whole}) {
+            tree->build(surface.topology, surface.t0, options);
+            tree->refit(surface.motion());
+        }
+        const Vec3 beside = surface.t0[30 * 16] + (kRadius + 0.8 * kMoves * kMove) * Vec3::UnitX(); // of the vertex farthest out
+        follows.follow(surface.motion(), 1e3);
+        EXPECT_TRUE(find_close(follows, surface, beside, kRadius).empty());
+        for (int move = 1; move < kMoves; ++move) follows.follow(surface.motion(), kMove);
+        for (std::vector<Vec3>* at : {&surface.t0, &surface.t1})
+            for (Vec3& v : *at) v.x() += kMoves * kMove;
+        follows.follow(surface.motion(), kMove);
+        whole.refit(surface.motion());
+        const std::vector<Index> found = find_close(whole, surface, beside, kRadius);
+        EXPECT_FALSE(found.empty());
+        EXPECT_EQ(find_close(follows, surface, beside, kRadius), found);
+    }
+}
+
 /// The same of a search between two surfaces: candidates and contacts, in their order.
 TEST(DopTree, ThatFollowsGivesTheContactsOfOneThatIsRefitted) {
     for (const unsigned seed : {51u, 52u})

@@ -100,6 +100,33 @@ TEST(Devices, KeysOfTheSceneReplaceTheirs) {
     EXPECT_NEAR(longer.design.tip_angle, 300.0 * std::numbers::pi / 180.0, 1e-12);
 }
 
+TEST(Devices, TakeTheKeysOfATipThatTheirOwnShapeUsesAndNoOthers) {
+    const struct {
+        const char *device, *tip, *key, *expected;
+    } unused[] = {
+        {"guide_6f", R"("length": 20)", "length", "J or simmons or pigtail"},
+        {"guide_6f", R"("angle": 30)", "angle", "J or simmons or pigtail"},
+        {"guide_6f", R"("stiffness": 0.5)", "stiffness", "J or simmons or pigtail or curve"},
+        {"guide_6f", R"("arcs": [[30, -35, 0]])", "arcs", "curve"},
+        {"pigtail", R"("points": [[0, 0, 0], [0, 0, 5], [0, 5, 9]])", "points", "curve"},
+        {"cobra_2", R"("length": 20)", "length", "J or simmons or pigtail"},
+        {"cobra_2", R"("angle": 30)", "angle", "J or simmons or pigtail"},
+    };
+    for (const auto& one : unused) {
+        const std::string message = refused(scene_with(instrument(fmt::format(R"("device": "{}", "tip": {{{}}})", one.device, one.tip))));
+        const std::string unused_key = fmt::format("tip.{0}: unused key \"{0}\": the tip of the device {1} has the shape", one.key, one.device);
+        EXPECT_NE(message.find(unused_key), std::string::npos) << message;
+        EXPECT_NE(message.find(fmt::format("used where it is {}; expected it left out, or shape named", one.expected)), std::string::npos) << message;
+    }
+    const auto design = [](const char* keys) { return accepted(scene_with(instrument(keys))).instruments[0].design; };
+    const fem::RodDesign arcs = design(R"("device": "cobra_2", "tip": {"arcs": [[30, -35, 0]]})");
+    EXPECT_EQ(arcs.tip, fem::TipShape::Curve);
+    EXPECT_EQ(arcs.arcs.size(), 1u);
+    EXPECT_NEAR(arcs.tip_length, 0.03, 1e-12);
+    EXPECT_DOUBLE_EQ(design(R"("device": "cobra_2", "tip": {"stiffness": 0.5})").tip_stiffness, 0.5);
+    EXPECT_DOUBLE_EQ(design(R"("device": "guide_6f", "tip": {"shape": "J", "length": 20})").tip_length, 0.02);
+}
+
 TEST(Devices, OfFilesHaveUnitsOfTheirOwn) {
     const TempFolder folder;
     std::ofstream(folder.path() / "mine.json") << R"({"units": {"length": "cm", "pressure": "GPa"}, "about": "mine", "source": "measured at home",

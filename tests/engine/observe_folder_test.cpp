@@ -45,6 +45,18 @@ TEST_F(OutputFolders, LoseOnlyOldOutputsWhenForced) {
     EXPECT_TRUE(fs::exists(out / "data" / "steps.csv"));
 }
 
+TEST_F(OutputFolders, AreRefusedWhereAFileThatIsReadWouldBeRemoved) {
+    for (const char* file : {"plan.json", "record/00_liver.vtp", "fluoro/ap_000010.png", "notes.txt", "record/measurements.xlsx", "checkpoint.bin"})
+        write(file, "read");
+    fs::create_symlink(out / "plan.json", out / "link.json");
+    const auto taken = [&](const fs::path& file, const char* keep = nullptr) { return OutputFolder::check(out, true, {&file, 1}, keep).ok(); };
+    for (const char* file : {"plan.json", "link.json", "record/../plan.json", "record/00_liver.vtp", "fluoro/ap_000010.png", "checkpoint.bin"})
+        EXPECT_FALSE(taken(out / file)) << file;
+    for (const char* file : {"notes.txt", "record/measurements.xlsx", "path.csv"}) EXPECT_TRUE(taken(out / file)) << file;
+    EXPECT_TRUE(taken(out / "checkpoint.bin", "checkpoint.bin"));
+    EXPECT_TRUE(taken({}));
+}
+
 TEST_F(OutputFolders, DoNotFollowALinkOutOfThemselves) {
     write("record_elsewhere/precious.vtp", "mine");
     write("run/steps.csv", "old");

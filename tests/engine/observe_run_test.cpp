@@ -153,6 +153,17 @@ TEST_F(RunFolder, OfNoStepsIsWhole) {
     EXPECT_THAT(text_of("report.html"), HasSubstr("No step was taken"));
 }
 
+TEST_F(RunFolder, KeepsTheOutputsOfAnEarlierRunWhereAnXraySourceIsRefused) {
+    const TinyRun inside(R"({"name": "ball", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.2},
+        "bodies": {"ball": {"kind": "static", "surface": {"shape": "sphere", "radius": 30, "subdivisions": 2}}},
+        "outputs": {"fluoroscopy": {"views": [{"name": "ap", "isocentre": [0, 750, 0], "sid": 1050, "sod": 750, "pixels": [64, 64]}]}}})");
+    write("summary.json", "of an earlier run");
+    const auto refused = inside.into(out, 1, true);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_THAT(refused.error().message, HasSubstr("stands inside \"ball\""));
+    EXPECT_EQ(text_of("summary.json"), "of an earlier run");
+}
+
 TEST_F(RunFolder, OfAKilledRunCanBeRead) {
     const TinyRun& run = tube_run();
     const pid_t child = fork();

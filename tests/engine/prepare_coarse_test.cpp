@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 
 namespace trocar::engine {
@@ -90,6 +91,37 @@ TEST(Coarse, EntryThatWasDamagedIsMadeAgain) {
         file.seekp(static_cast<std::streamoff>(size / 2));
         file.put('\x5a').put('\xa5');
     });
+}
+
+TEST(Coarse, AnotherTetgenAtTheSamePathIsNotGivenTheMeshOfTheOneBefore) {
+    const auto tetgen = find_program("tetgen", "tetgen");
+    if (!tetgen.ok()) GTEST_SKIP() << "tetgen is not installed";
+    const PrivateCache cache;
+    const auto folder = TemporaryFolder::make();
+    ASSERT_TRUE(folder.ok());
+    const std::filesystem::path program = folder->path() / "mesher";
+    const auto install = [&](const char* version) {
+        std::ofstream(program) << "#!/bin/sh\n# " << version << "\nexec " << tetgen->string() << " \"$@\"\n";
+        std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    };
+    CoarseOptions options{.surface_triangles = 200};
+    options.tetgen.program = program.string();
+    const auto from_cache = [&] {
+        const auto mesh = make_coarse_mesh(make_bumpy_ball(4), options);
+        EXPECT_TRUE(mesh.ok()) << mesh.error().to_string();
+        return mesh.ok() && mesh->from_cache;
+    };
+    install("1.5");
+    EXPECT_FALSE(from_cache());
+    EXPECT_TRUE(from_cache());
+    install("1.6 of a later year");
+    EXPECT_FALSE(from_cache()) << "another size";
+    EXPECT_TRUE(from_cache());
+    std::filesystem::last_write_time(program, std::filesystem::last_write_time(program) - std::chrono::hours(1));
+    EXPECT_FALSE(from_cache()) << "another time";
+    std::filesystem::rename(program, folder->path() / "elsewhere");
+    options.tetgen.program = (folder->path() / "elsewhere").string();
+    EXPECT_FALSE(from_cache()) << "another path";
 }
 
 TEST(Coarse, OpenDenseSurfaceIsAnErrorThatNamesTriangles) {

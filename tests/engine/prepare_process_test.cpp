@@ -147,24 +147,45 @@ TriMesh make_octahedron() {
     return mesh;
 }
 
-TEST(Coarse, AMesherThatHangsIsTriedOnceWithinTheTimeOfAllTries) {
+/// What a mesher of so few lines of shell makes of an octahedron. Every try adds a line to the file "begun" before it runs the script.
+struct ScriptedTries {
+    Error error;
+    std::string begun;
+};
+ScriptedTries try_scripted(const std::string& script, double time_limit) {
     const auto folder = TemporaryFolder::make();
-    ASSERT_TRUE(folder.ok());
     const std::filesystem::path program = folder->path() / "mesher", begun = folder->path() / "begun";
-    std::ofstream(program) << "#!/bin/sh\necho x >> " << begun.string() << "\nyes\n";
+    std::ofstream(program) << "#!/bin/sh\nbegun=" << begun.string() << "\necho x >> $begun\n" << script << "\n";
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     CoarseOptions options;
     options.use_cache = false;
-    options.tetgen.time_limit = 0.5;
+    options.tetgen.time_limit = time_limit;
     options.tetgen.program = program.string();
     const auto mesh = make_coarse_mesh(make_octahedron(), options);
-    ASSERT_FALSE(mesh.ok());
-    EXPECT_EQ(mesh.error().code, ErrorCode::ToolFailed);
-    EXPECT_THAT(mesh.error().message, HasSubstr("within 0.5 s, the time limit of all its tries (1 of 5 were begun)"));
-    EXPECT_LT(mesh.error().message.size(), 1000u);
-    const auto lines = read_file_bytes(begun);
-    ASSERT_TRUE(lines.ok());
-    EXPECT_EQ(*lines, "x\n");
+    EXPECT_FALSE(mesh.ok());
+    return {mesh.ok() ? Error{} : mesh.error(), read_file_bytes(begun).value()};
+}
+
+TEST(Coarse, AMesherThatHangsIsTriedOnce) {
+    const auto [error, begun] = try_scripted("yes", 0.5);
+    EXPECT_EQ(error.code, ErrorCode::ToolFailed);
+    EXPECT_THAT(error.message, HasSubstr("within 0.5 s, the time limit of each try (try 1 of at most 5)"));
+    EXPECT_LT(error.message.size(), 1000u);
+    EXPECT_EQ(begun, "x\n");
+}
+
+TEST(Coarse, EveryTryHasATimeLimitOfItsOwnSoThatTheirNumberIsTheSameOnASlowMachine) {
+    const auto [error, begun] = try_scripted("sleep 0.6; exit 3", 2.0);
+    EXPECT_EQ(error.code, ErrorCode::ToolFailed);
+    EXPECT_THAT(error.message, HasSubstr("exit code 3"));
+    EXPECT_EQ(begun, "x\nx\nx\nx\nx\n");
+}
+
+TEST(Coarse, ALaterTryThatRunsOutOfTimeIsAnErrorThatNamesIt) {
+    const auto [error, begun] = try_scripted("if [ $(wc -l < $begun) -lt 3 ]; then exit 3; fi; yes", 1.5);
+    EXPECT_EQ(error.code, ErrorCode::ToolFailed);
+    EXPECT_THAT(error.message, HasSubstr("within 1.5 s, the time limit of each try (try 3 of at most 5)"));
+    EXPECT_EQ(begun, "x\nx\nx\n");
 }
 
 } // namespace

@@ -106,6 +106,13 @@ TEST(SurfaceRule, WhereNoChainDoesTheLastObstacleIsNamed) {
     EXPECT_FALSE(find_defect(kidney, inspect_surface(kidney), kBody)) << "a deformable body may overlap itself: a lattice takes it";
 }
 
+TEST(SurfaceRule, ASearchForCrossingsThatGaveUpIsNoProofThatThereAreNone) {
+    EXPECT_EQ(describe_crossings({{}, 0, true}), "");
+    EXPECT_THAT(describe_crossings({{}, 0, false}), HasSubstr("may pass through itself: more than 300000000 pairs of triangles are too near"));
+    EXPECT_EQ(describe_crossings({{{1, 2}}, 7, true}), "passes through itself: 7 pairs of triangles cross");
+    EXPECT_THAT(describe_crossings({{{1, 2}}, 7, false}), HasSubstr("7 pairs of triangles cross, and more may"));
+}
+
 TEST(SurfaceRule, APolygonOfTwoHundredThousandCornersIsNotTriedForEver) {
     constexpr Index kCorners = 200'000;
     TriMesh polygon;

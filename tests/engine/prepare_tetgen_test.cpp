@@ -135,6 +135,15 @@ TEST(Tetgen, NamesTheTrianglesOfABadSurface) {
     EXPECT_EQ(error_of(TriMesh{}).code, ErrorCode::BadMesh);
 }
 
+TEST(Tetgen, RefusesASurfaceWhoseCrossingsAreNotFoundOut) {
+    const TriMesh shells = joined(make_ball(8, 12, 0.05), make_ball(8, 12, 0.048));
+    EXPECT_TRUE(check_meshable_surface(shells).ok());
+    const auto refused = check_meshable_surface(shells, 0);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::BadMesh);
+    EXPECT_THAT(refused.error().message, HasSubstr("too near to each other to tell"));
+}
+
 TEST(Tetgen, RefusesOptionsItCannotKeep) {
     const TriMesh ball = make_ball(8, 12, 0.05);
     EXPECT_EQ(error_of(ball, {.max_radius_edge_ratio = 0.9}).code, ErrorCode::BadValue);

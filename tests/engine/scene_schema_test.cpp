@@ -171,6 +171,8 @@ TEST(Schema, RefusesWhatTheTableRefuses) {
         {"\"hollow\": true", "\"material\": {}"},
         {"\"radius\": 0.4", "\"radius\": 0.4, \"tip\": {\"shape\": \"straight\", \"angle\": 1}"},
         {"\"shape\": \"tube\"", "\"shape\": \"tube\", \"radius\": 3"},
+        {"\"kind\": \"deformable\",", "\"kind\": \"deformable\", \"coarse\": {\"max_volume\": 1},"},
+        {"\"radius\": 0.4", "\"radius\": 0.4, \"tip\": {\"shape\": \"J\", \"arcs\": [[10, 1, 0]]}"},
         {"\"kind\": \"static\",", ""},
         {"\"length\": \"mm\", ", ""},
         {"1060", "\"1060\""},
@@ -185,6 +187,20 @@ TEST(Schema, RefusesWhatTheTableRefuses) {
         {"\"sphere\", \"radius\": 50", "\"sphere\""},
     };
     for (const auto& [piece, other] : spoilt) EXPECT_NE(validator.first_violation(with_comments(spoil(piece, other))), "") << other;
+}
+
+TEST(Schema, AcceptsKeysOfATipWhoseShapeIsTheDevices) {
+    const Validator validator(scene_schema());
+    EXPECT_EQ(validator.first_violation(with_comments(spoil("\"radius\": 0.4", "\"device\": \"cobra_2\", \"tip\": {\"arcs\": [[10, 1, 0]]}"))), "");
+}
+
+TEST(Schema, NamesTheEffectsThatAreOnWhereNoneIsNamed) {
+    const std::string named = ",\n    \"effects\": [\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]";
+    const auto scene = parse_scene(spoil(named, ""), "scenes/test.json");
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    const std::string doc = scene_schema().at("properties").at("effects").at("description").get<std::string>();
+    EXPECT_EQ(scene->effects.names().size(), 5U);
+    for (const std::string& name : scene->effects.names()) EXPECT_NE(doc.find(name), std::string::npos) << name;
 }
 
 TEST(Schema, EveryKeyIsExplained) {

@@ -1,6 +1,8 @@
 // Deadlines that cannot be met, on clocks that the test moves: whole steps, with all their guarantees.
 #include "step_fixture.hpp"
 
+#include "engine/step/instrument/instrument_stage.hpp"
+
 #include <numeric>
 
 namespace trocar::engine {
@@ -132,6 +134,52 @@ TEST(Deadline, InWhichTheExactStageNeverFitsIsNeverHeldUpByIt) {
         ran += report.exact_ran && !report.exact_forced;
     }
     EXPECT_TRUE(ran > 0 || tried < 20) << "what did not fit is not begun again in every step: " << tried << " times in 100";
+}
+
+/// Two wires, each in a tube of its own: one is pushed into a tube that becomes too narrow for it.
+std::string two_tubes(std::string_view budget) {
+    return fmt::format(R"({{
+        "name": "two-tubes", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 4}}, "budget": "{}",
+        "bodies": {{
+            "narrow": {{"kind": "static", "hollow": true,
+                "surface": {{"shape": "tube", "axis": [[200, 0, 0, 3], [200, 0, 40, 3], [200, 0, 50, 0.3], [200, 0, 150, 0.3]], "sides": 20}}}},
+            "tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 20}}}}}},
+        "instruments": {{
+            "stuck": {{"length": 220, "radius": 0.5, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500, "lumen": "narrow",
+                "entry": {{"position": [200, 0, 10], "direction": [0, 0, 1]}}, "path": [[0, 20, 0], [4, 160, 0]]}},
+            "wire": {{"length": 220, "radius": 0.5, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500, "lumen": "tube",
+                "tip": {{"shape": "J", "length": 12, "angle": 0.8}}, "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}},
+                "path": [[0, 20, 0], [4, 150, 2]]}}}},
+        "effects": ["coarse_contact", "exact_contact", "friction"]}})",
+                       budget, test::bent_axis(25.0, 3.0));
+}
+
+TEST(Deadline, AnInstrumentWhoseExactStageIsForcedLeavesTheOthersTheirAnswer) {
+    for (const char* budget : {"work:0", "work:1", "work:1000", "work:20000"}) {
+        const PreparedScene prepared = test::prepare(two_tubes(budget));
+        ASSERT_EQ(prepared.model.instruments.size(), 2u);
+        Simulator simulator(prepared.model);
+        unsigned forced = 0, exact = 0, touched = 0;
+        std::uint64_t exits = 0, unproven = 0;
+        for (int k = 0; k < 400; ++k) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            forced += report.exact_forced;
+            exact += report.exact_ran;
+            unproven += report.exact_forced && !report.exact_ran ? report.unproven_links : 0;
+            exits += count_lumen_exits(prepared.model, 1, simulator.state(), ScratchView::of(simulator).rods);
+            for (const fem::RodPlane& plane : simulator.state().instruments[1].planes) touched += plane.force > 0.0;
+        }
+        std::printf("%s: forced in %u steps, exact for both in %u, %u presses of the other wire, %llu unproven links\n", budget, forced, exact, touched,
+                    static_cast<unsigned long long>(unproven));
+        EXPECT_EQ(exits, 0u) << budget;
+        EXPECT_GT(touched, 100u) << budget;
+        if (std::string_view(budget) == "work:0") {
+            EXPECT_GT(forced, 10u) << "the narrow tube asks for it";
+            EXPECT_LT(exact, forced) << "one that was not forced was not exact";
+            EXPECT_GT(unproven, 0u) << "and what the traversal left of it is said";
+        }
+    }
 }
 
 TEST(Deadline, AClockThatLeapsByAnHourInAStepCostsThatStepAlone) {

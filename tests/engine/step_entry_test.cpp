@@ -191,6 +191,21 @@ TEST(Entries, AStateOfAModelOfAnotherSizeIsNotTaken) {
     EXPECT_TRUE(b.step().finite) << "it goes on by itself";
 }
 
+TEST(Entries, AStateGoesOnInTimeUnderStepsOfAnotherLength) {
+    const PreparedScene tube = test::prepare(test::bent_tube_scene({.budget = "work:2000"}));
+    SceneModel slower = tube.model;
+    slower.step_s = 0.5 * tube.model.step_s;
+    Simulator a(tube.model), b(slower);
+    ASSERT_EQ(test::run_steps(a, 30).steps, 30u);
+    ASSERT_TRUE(b.restore(a.state()).ok());
+    for (int k = 1; k <= 8; ++k) {
+        ASSERT_TRUE(b.step().finite);
+        EXPECT_NEAR(b.state().time, 30 * tube.model.step_s + k * slower.step_s, 1e-12);
+        EXPECT_EQ(b.report().time_s, b.state().time);
+    }
+    EXPECT_NEAR(b.state().instruments[0].rod.insertion, evaluate_path(slower.instruments[0].path, b.state().time).insertion, 1e-6) << "as its path says";
+}
+
 /// One number of a scene that a program has made, set to something.
 struct SceneEdit {
     const char* what;

@@ -1,4 +1,5 @@
 // Drive commands: tables, limits, and steering along a route, on routes and tips made for the test.
+#include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/instrument/script.hpp"
 
 #include <gtest/gtest.h>
@@ -43,6 +44,34 @@ TEST(DrivePath, OfOneRowOrOfTwoAtTheSameTimeHasAnAnswer) {
     const std::array<DriveRow, 3> jump{{{0.0, 0.01, 0.0}, {1.0, 0.02, 0.0}, {1.0, 0.05, 0.0}}};
     EXPECT_DOUBLE_EQ(evaluate_path(jump, 1.0).insertion, 0.02);
     EXPECT_DOUBLE_EQ(evaluate_path(jump, 1.1).insertion, 0.05);
+}
+
+TEST(DrivePath, OfThousandsOfRowsIsToTheBitWhatASearchFromTheFirstRowFinds) {
+    std::mt19937_64 random(17);
+    std::uniform_real_distribution<double> any(0.0, 1.0);
+    std::vector<DriveRow> drive;
+    std::vector<MotionRow> motion;
+    for (double time = 0.5; drive.size() < 3000; time += random() % 5 == 0 ? 0.0 : 0.01 * any(random)) { // some rows at the same time
+        drive.push_back({time, any(random), any(random)});
+        motion.push_back({time, Vec3(any(random), any(random), any(random))});
+    }
+    const auto compare = [&](double time) {
+        std::size_t i = 1;
+        while (i < drive.size() && time > drive[i].time) ++i;
+        DriveCommand command{drive.back().insertion, drive.back().rotation};
+        Vec3 displacement = motion.back().displacement;
+        if (i < drive.size()) {
+            const double span = drive[i].time - drive[i - 1].time, s = span > 0.0 ? (time - drive[i - 1].time) / span : 1.0;
+            command = {drive[i - 1].insertion + s * (drive[i].insertion - drive[i - 1].insertion),
+                       drive[i - 1].rotation + s * (drive[i].rotation - drive[i - 1].rotation)};
+            displacement = motion[i - 1].displacement + s * (motion[i].displacement - motion[i - 1].displacement);
+        }
+        EXPECT_EQ(evaluate_path(drive, time).insertion, command.insertion) << time;
+        EXPECT_EQ(evaluate_path(drive, time).rotation, command.rotation) << time;
+        EXPECT_EQ(evaluate_motion(motion, time), displacement) << time;
+    };
+    for (std::size_t i = 1; i < drive.size(); i += 7) compare(drive[i].time);
+    for (int k = 0; k < 300; ++k) compare(drive.front().time + (drive.back().time + 1.0 - drive.front().time) * (any(random) + 1e-9));
 }
 
 TEST(DriveLimits, HoldBothWaysAndLetSmallChangesPass) {

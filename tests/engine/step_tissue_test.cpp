@@ -245,6 +245,43 @@ TEST(Stop, AForceBeyondAllBoundsStopsAndKeepsTheLastGoodState) {
     EXPECT_TRUE(test::all_finite(simulator.state()));
 }
 
+/// All of it: what effects remember, what instruments and contacts press with.
+TEST(Stop, AStepThatFailsLeavesNothingBehind) {
+    std::string text = test::bent_tube_scene({.host_body = test::kOrgan});
+    const std::string list = R"(["coarse_contact", "exact_contact", "friction"])";
+    ASSERT_NE(text.find(list), std::string::npos);
+    text.replace(text.find(list), list.size(),
+                 R"({"elasticity": true, "damping": true, "coarse_contact": true, "exact_contact": true, "friction": true,
+                     "contrast": {"rate": 2, "speed": 100, "duration": 9}})");
+    PreparedScene prepared = test::prepare(text);
+    ASSERT_EQ(prepared.model.effects.added.size(), 1u);
+    for (const unsigned steps : {1u, 40u, 150u}) {
+        prepared.model.effects.gravity.reset();
+        Simulator simulator(prepared.model);
+        ASSERT_EQ(test::run_steps(simulator, steps).steps, steps);
+        const State good = simulator.state();
+        prepared.model.effects.gravity = Vec3(0, 0, -1e300);
+        ASSERT_FALSE(simulator.step().finite);
+        const State& now = simulator.state();
+        EXPECT_EQ(hash_state(now), hash_state(good)) << steps;
+        EXPECT_EQ(now.effects, good.effects) << steps;
+        const InstrumentState &was = good.instruments[0], &is = now.instruments[0];
+        EXPECT_EQ(is.kept_inside, was.kept_inside);
+        EXPECT_EQ(is.exact_candidates, was.exact_candidates);
+        ASSERT_EQ(is.planes.size(), was.planes.size());
+        for (std::size_t k = 0; k < is.planes.size(); ++k) {
+            EXPECT_EQ(is.planes[k].force, was.planes[k].force);
+            EXPECT_EQ(is.planes[k].offset, was.planes[k].offset);
+        }
+        // It goes on to the same bits as one that never failed.
+        prepared.model.effects.gravity.reset();
+        Simulator twin(prepared.model), again(prepared.model);
+        ASSERT_TRUE(twin.restore(good).ok());
+        ASSERT_TRUE(again.restore(now).ok());
+        for (int k = 0; k < 20; ++k) ASSERT_EQ((twin.step(), twin.hash()), (again.step(), again.hash())) << steps << ", " << k;
+    }
+}
+
 TEST(Stop, ACrushedSlabOfStVKIsReportedByItsInvertedTetsOrStops) {
     const PreparedScene prepared = test::prepare(R"({
         "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 1}, "gravity": [0, 0, -98100],

@@ -114,6 +114,46 @@ TEST(MassSpring, ALoadOnItsTipGivesItsIntegralWhateverTheStep) {
     }
 }
 
+/// Across the chain, where the handle's last two nodes bend it.
+TEST(MassSpring, TheHandFeelsAForceAcrossItsTip) {
+    RodDesign design = soft_catheter();
+    design.tip = TipShape::Straight;
+    const RodModel model = make_rod_model(design).value();
+    RodDrive drive;
+    drive.port = {Vec3::Zero(), Vec3::UnitX()};
+    drive.insertion = 0.05;
+    drive.tip.force = Vec3(0.0, 1e-4, 0.0);
+    RodState state;
+    place_rod(model, drive.port, drive.insertion, 0.0, state);
+    RodWorkspace workspace;
+    const unsigned substeps = count_mass_spring_substeps(model, 0.01).value();
+    RodReport report;
+    for (int k = 0; k < 300; ++k) report = solve_mass_spring(model, state, 0.01, substeps, drive, {}, workspace);
+    EXPECT_GT(state.position.back().y(), 1e-4);
+    EXPECT_LT((report.handle_force + drive.tip.force).norm(), 1e-6 * drive.tip.force.norm()) << report.handle_force.transpose() << " N";
+    EXPECT_LT((report.handle_force + report.contact_force + report.body_force).norm(), 1e-6 * drive.tip.force.norm());
+}
+
+/// Both ends stand for half a segment, with half the mass: a thrown straight chain that the fluid drags stays straight.
+TEST(MassSpring, ATransverseDragSlowsItsEndsAsItDoesTheRest) {
+    RodDesign design = soft_catheter();
+    design.tip = TipShape::Straight;
+    design.tip_stiffness = 1.0;
+    design.drag = 0.0;
+    design.transverse_drag = 0.5;
+    const RodModel model = make_rod_model(design).value();
+    RodDrive drive;
+    drive.port = {Vec3::Zero(), Vec3::UnitX()};
+    drive.insertion = design.length;
+    RodState state;
+    place_rod(model, drive.port, drive.insertion, 0.0, state);
+    for (Vec3& v : state.velocity) v = Vec3(0.0, 0.1, 0.0);
+    RodWorkspace workspace;
+    (void)solve_mass_spring(model, state, 0.01, count_mass_spring_substeps(model, 0.01).value(), drive, {}, workspace);
+    EXPECT_LT(state.velocity[5].y(), 0.09) << "it is dragged";
+    for (const Vec3& v : state.velocity) EXPECT_NEAR(v.y(), state.velocity[5].y(), 1e-9);
+}
+
 TEST(MassSpring, TellsWhenItsStiffnessAsksForTooManySubsteps) {
     RodDesign design = soft_catheter();
     design.young_modulus = 200e9;

@@ -37,6 +37,44 @@ TEST(RodClamp, AClampThatTurnsAStraightRodFeelsStiffnessOverLengthTimesAngle) {
         const double torque = rod.twisting * turn / (length - 0.5 * rod.model.segment); // its hold ends in the last segment's middle
         EXPECT_NEAR(report.clamp_torque, torque, 1e-6 * std::abs(torque));
         EXPECT_NEAR(report.handle_torque, -torque, 1e-6 * std::abs(torque));
+        const RodInternalForces inside = find_internal_forces(rod.model, rod.state, rod.drive.port, {.clamped = true});
+        for (std::size_t i = rod.first(); i < inside.torque.size(); ++i) EXPECT_NEAR(inside.torque[i], torque, 1e-5 * std::abs(torque)) << i;
+    }
+}
+
+/// A force across the tip bends it where it enters by force times its distance, wherever between two nodes the port is.
+TEST(RodClamp, TheMomentAtThePortIsForceTimesLength) {
+    Dice dice(315);
+    for (int trial = 0; trial < 10; ++trial) {
+        RodTrial rod(0.1, 40, 0.5e-3);
+        rod.insert(dice.between(0.05, 0.1));
+        rod.force.back() = Vec3(0.0, 1e-3, 0.0);
+        rod.settle();
+        const RodInternalForces inside = find_internal_forces(rod.model, rod.state, rod.drive.port);
+        for (std::size_t i = rod.first(); i + 1 < rod.model.node_count(); ++i) {
+            const double expected = 1e-3 * (rod.tip().x() - rod.state.position[i].x());
+            EXPECT_NEAR(inside.moment[i].norm(), expected, 1e-3 * 1e-3 * 0.1) << rod.drive.insertion << " m, node " << i - rod.first();
+        }
+    }
+}
+
+/// What presses on the one node that is out of the port is held as by the rod behind it.
+TEST(RodClamp, ARodOfWhichTheTipAloneIsOutOfItsPortStaysBeforeAWall) {
+    for (const double out : {0.02, 0.4, 0.9, 1.0}) { // segments
+        RodTrial rod(0.1, 40, 0.5e-3);
+        rod.insert(out * rod.model.segment);
+        const auto last = static_cast<Index>(rod.model.node_count() - 2);
+        RodPlane plane;
+        plane.node = last, plane.weight = 1.0;
+        plane.normal = Vec3::UnitY();
+        plane.offset = 1e-4; // m, beside where the straight rod lies
+        rod.planes = {plane};
+        for (int k = 0; k < 50; ++k) {
+            (void)rod.step(0.01);
+            rod.planes[0].start_force = rod.planes[0].force;
+        }
+        EXPECT_GT(rod.planes[0].force, 0.0) << out;
+        EXPECT_NEAR(plane.offset - rod.tip().y(), rod.planes[0].force / rod.drive.contact_stiffness, 1e-7) << out << " segments out, " << rod.planes[0].force << " N";
     }
 }
 

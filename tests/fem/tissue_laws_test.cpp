@@ -65,6 +65,36 @@ TEST(TissueLaws, StressIsTheDerivativeOfTheEnergyForRandomDeformationsInvertedOn
     }
 }
 
+TEST(TissueLaws, NearlyLinearFibresStoreWhatTheyPullWith) {
+    std::mt19937_64 random(34);
+    Material linear = make_material(MaterialLaw::Hgo, 0.45);
+    linear.k2 = 1e-18;
+    for (const double k2 : {1e-1, 1e-3, 1e-6, 1e-10, 1e-15}) {
+        Material material = linear;
+        material.k2 = k2;
+        for (int trial = 0; trial < 20; ++trial) {
+            const Mat3 f = random_matrix(random, 0.3);
+            const Mat3 p = stress_of_block(material, f, TetElements::Linear);
+            const double h = 1e-6;
+            for (int i = 0; i < 9; ++i) {
+                Mat3 above = f, below = f;
+                above(i / 3, i % 3) += h;
+                below(i / 3, i % 3) -= h;
+                EXPECT_NEAR(p(i / 3, i % 3), (energy_of(material, above) - energy_of(material, below)) / (2.0 * h), 1e-6 * (p.norm() + 5000.0)) << k2;
+            }
+            if (k2 <= 1e-10) {
+                EXPECT_NEAR(energy_of(material, f), energy_of(linear, f), 1e-7 * energy_of(linear, f)) << k2;
+            }
+        }
+    }
+    const double modulus = find_pull_tangent(linear, 1.0);
+    for (const double k2 : {1e-6, 1e-9, 1e-12}) {
+        Material material = linear;
+        material.k2 = k2;
+        EXPECT_NEAR(find_pull_tangent(material, 1.0), modulus, 1e-3 * modulus) << k2;
+    }
+}
+
 TEST(TissueLaws, AtRestThePullsTangentIsYoungsModulus) {
     for (const MaterialLaw law : kAllLaws) {
         if (law == MaterialLaw::Hgo) continue; // its fibres add to it
@@ -239,6 +269,8 @@ TEST(TissueLaws, ParametersOutOfRangeAreRefusedByName) {
     };
     EXPECT_NE(refusal(MaterialLaw::MooneyRivlin, [](Material& m) { m.c10 = -1.0; }).find("c10"), std::string::npos);
     EXPECT_NE(refusal(MaterialLaw::MooneyRivlin, [](Material& m) { m.c10 = m.c01 = 0.0; }).find("c10"), std::string::npos);
+    EXPECT_NE(refusal(MaterialLaw::MooneyRivlin, [](Material& m) { m.c10 = m.poisson_ratio = 0.0, m.c01 = 5.0; }).find("poisson_ratio"), std::string::npos);
+    EXPECT_EQ(refusal(MaterialLaw::MooneyRivlin, [](Material& m) { m.c10 = 1.0, m.poisson_ratio = 0.0, m.c01 = 5.0; }), "");
     EXPECT_NE(refusal(MaterialLaw::Ogden, [](Material& m) { m.mu2 = 1.0; }).find("mu2"), std::string::npos);
     EXPECT_NE(refusal(MaterialLaw::Ogden, [](Material& m) { m.alpha1 = 1e3; }).find("alpha1"), std::string::npos);
     EXPECT_NE(refusal(MaterialLaw::Ogden, [](Material& m) { m.mu1 = m.mu2 = m.mu3 = m.alpha1 = m.alpha2 = m.alpha3 = 0.0; }).find("term"),

@@ -6,6 +6,7 @@
 #include "engine/importing/import_curves.hpp"
 #include "engine/importing/import_organ.hpp"
 #include "engine/importing/import_steve.hpp"
+#include "engine/importing/sweep_curves.hpp"
 #include "engine/io/read_tets.hpp"
 #include "engine/io/write_mesh.hpp"
 #include "engine/prepare/prepare_scene.hpp"
@@ -71,6 +72,17 @@ TEST_F(Projects, OfSimVascularTakeTheirModelWhereThereIsOne) {
     const Result<ImportedVessel> vessel = import_curve_set(*set, {});
     ASSERT_TRUE(vessel.ok()) << vessel.error().to_string();
     EXPECT_NEAR(vessel->targets[0].narrowest, 0.005, 2e-4);
+}
+
+/// Cells of 0.4 of its radius: 4e11 of them fill this curve's box, and nearly all are empty.
+TEST(SweptCurves, ThatAreThinAndRunAcrossALargeBoxAreWidenedToItsCellsAndItIsTold) {
+    const double far = 1.0 / std::sqrt(3.0); // m
+    const Result<SweptSurface> swept =
+        sweep_curves({{"oblique", {Vec3::Zero(), Vec3::Constant(0.5 * far), Vec3::Constant(far)}, {2e-4, 2e-4, 2e-4}}});
+    ASSERT_TRUE(swept.ok()) << swept.error().to_string();
+    EXPECT_TRUE(check_closed_surface(swept->mesh).ok());
+    ASSERT_EQ(swept->told.size(), 2u) << swept->told.front();
+    EXPECT_NE(swept->told[1].find("radii: 3 smaller than 0.2"), std::string::npos) << swept->told[1];
 }
 
 TEST(SteveDevices, WithoutACrossSectionAreTakenAsSolidAndItIsSaid) {

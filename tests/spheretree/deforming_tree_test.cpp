@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace trocar::spheretree {
 namespace {
@@ -34,8 +35,8 @@ struct LinkedEllipsoid {
         static const WrappedTree tree = build_wrapped_tree(ellipsoid(0.05, 3), {Builder::Medial, 8, 3}).value();
         return tree;
     }
-    TriMesh dense = ellipsoid(0.05, 3), coarse = ellipsoid(0.048, 1);
-    WrappedTree wrapped = shared();
+    TriMesh dense, coarse = ellipsoid(0.048, 1);
+    WrappedTree wrapped;
     std::vector<Mat3> frame_rest;
     std::vector<Index> vertex_frame;
     std::vector<std::array<double, 3>> weight;
@@ -44,7 +45,9 @@ struct LinkedEllipsoid {
     std::vector<Tet> affine_nodes; // of every seventh vertex, where asked for
     std::vector<std::array<double, 4>> affine_weight;
 
-    explicit LinkedEllipsoid(bool stands = false, bool affine = false) {
+    explicit LinkedEllipsoid(bool stands = false, bool affine = false) : LinkedEllipsoid(ellipsoid(0.05, 3), shared(), stands, affine) {}
+    LinkedEllipsoid(TriMesh surface, WrappedTree tree_of_it, bool stands, bool affine)
+        : dense(std::move(surface)), wrapped(std::move(tree_of_it)) {
         for (const Triangle& t : coarse.triangles)
             frame_rest.push_back(axes_of(coarse.vertices[t[0]], coarse.vertices[t[1]], coarse.vertices[t[2]]));
         for (const Vec3& p : dense.vertices) {
@@ -149,14 +152,19 @@ std::vector<Named> all_deformations() {
     return out;
 }
 
-/// m; how far the farthest piece beneath a sphere reaches out of it.
+/// m; how far the farthest piece beneath sphere s reaches out of it; below 0 where it holds all.
+double escape_from(const LinkedEllipsoid& body, Index s, const Sphere& sphere, const std::vector<Vec3>& points) {
+    double worst = -std::numeric_limits<double>::infinity();
+    for (Index item = body.wrapped.tree.item_begin[s]; item < body.wrapped.tree.item_end[s]; ++item)
+        for (const Index corner : body.wrapped.pieces[item].corners)
+            worst = std::max(worst, (points[corner] - sphere.centre).norm() - sphere.radius);
+    return worst;
+}
+
+/// m; of all spheres.
 double worst_escape(const LinkedEllipsoid& body, std::span<const Sphere> spheres, const std::vector<Vec3>& points) {
     double worst = 0.0;
-    const SphereTree& tree = body.wrapped.tree;
-    for (Index s = 0; s < tree.sphere_count(); ++s)
-        for (Index item = tree.item_begin[s]; item < tree.item_end[s]; ++item)
-            for (const Index corner : body.wrapped.pieces[item].corners)
-                worst = std::max(worst, (points[corner] - spheres[s].centre).norm() - spheres[s].radius);
+    for (Index s = 0; s < body.wrapped.tree.sphere_count(); ++s) worst = std::max(worst, escape_from(body, s, spheres[s], points));
     return worst;
 }
 
@@ -178,6 +186,28 @@ TEST(DeformingTree, ConservativeSpheresHoldWhatTheyHeldAtRestUnderAnyMotionOfThe
     }
 }
 
+TEST(DeformingTree, LeavesHoldTheirPiecesOfLargeTrianglesWhoseCornersStandStillFarOutsideOfThem) {
+    const TriMesh icosahedron = LinkedEllipsoid::ellipsoid(0.05, 0);
+    LinkedEllipsoid body(icosahedron, build_wrapped_tree(icosahedron, {Builder::Shell, 8, 3}).value(), false, false);
+    for (std::size_t v = 0; v < body.blend.size(); ++v) body.blend[v] = std::array{0.0, 1.0, 0.5}[v % 3];
+    const DeformingTree tree = body.tree();
+    double farthest = 0.0; // of a leaf's radius
+    for (Index s = 0; s < tree.tree.sphere_count(); ++s) {
+        if (!tree.tree.is_leaf(s)) continue;
+        const Vec3 centre = tree.tree.spheres[s].centre; // the sphere stays where it is and turns: only the corners' way counts
+        const Posed posed = deform(body, [&](const Vec3& p) { return Vec3(centre + rotation_about(Vec3::UnitX(), 2.5) * (p - centre)); });
+        for (Index above = s; above != kNoIndex; above = tree.tree.parent[above])
+            EXPECT_LE(escape_from(body, above, deform_sphere(tree, above, posed.pose(), SphereUpdate::Conservative), posed.points), 0.0)
+                << "sphere " << above << ", turned about leaf " << s;
+        farthest = std::max(farthest, tree.stands[s] / tree.tree.spheres[s].radius);
+    }
+    EXPECT_GT(farthest, 3.0);
+    for (const Named& deformation : all_deformations()) {
+        const Posed posed = deform(body, deformation.by);
+        EXPECT_LE(worst_escape(body, all_spheres(tree, posed.pose(), SphereUpdate::Conservative), posed.points), 0.0) << deformation.name;
+    }
+}
+
 TEST(DeformingTree, ARigidMotionTurnsConservativeSpheresAndGrowsThemByNothing) {
     const LinkedEllipsoid body(false, true);
     const DeformingTree tree = body.tree();
@@ -186,6 +216,7 @@ TEST(DeformingTree, ARigidMotionTurnsConservativeSpheresAndGrowsThemByNothing) {
     for (Index s = 0; s < now.size(); ++s) {
         EXPECT_LT((now[s].centre - turn90(tree.tree.spheres[s].centre)).norm(), 1e-12);
         EXPECT_NEAR(now[s].radius, tree.tree.spheres[s].radius, 1e-10);
+        EXPECT_EQ(tree.stands[s], 0.0) << "every vertex moves fully";
     }
 }
 

@@ -162,6 +162,17 @@ TEST(WrappedTree, SaysWhichTrianglesAreBadAndWhichBuilderWouldDo) {
     EXPECT_FALSE(build_wrapped_tree(make_box(Vec3(1, 1, 1)), {Builder::Medial, 1, 1}).ok());
 }
 
+TEST(WrappedTree, ASurfaceWhoseCrossingsAreNotFoundOutIsRefusedByBuildersThatNeedAnInside) {
+    const TriMesh shells = join(make_icosphere(Vec3::Zero(), 1.0, 2), make_icosphere(Vec3::Zero(), 0.98, 2));
+    EXPECT_TRUE(check_surface_for(shells, Builder::Medial).ok());
+    const auto refused = check_surface_for(shells, Builder::Medial, 0);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::BadMesh);
+    EXPECT_THAT(refused.error().message, ::testing::HasSubstr("too near to each other to tell whether any cross"));
+    EXPECT_THAT(refused.error().message, ::testing::HasSubstr("shell"));
+    EXPECT_TRUE(check_surface_for(shells, Builder::Shell, 0).ok());
+}
+
 TEST(WrappedTree, NonManifoldClosedSurfacesWork) {
     // two boxes that share an edge's vertices: four triangles meet there
     TriMesh a = make_box(Vec3(1, 1, 1)), b = make_box(Vec3(1, 1, 1));

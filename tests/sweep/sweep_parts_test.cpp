@@ -57,6 +57,16 @@ TEST(Csv, QuotedCellsReadBack) {
     EXPECT_EQ(read_csv("\"never closed").size(), 1u);
 }
 
+TEST(Csv, AQuoteThatIsNeverClosedIsAnErrorOfTheFileWhereItOpens) {
+    const auto cut = read_csv("a,b\n1,\"2\"\n3,\"4\n5,6\n", "rows.csv");
+    ASSERT_FALSE(cut.ok());
+    EXPECT_EQ(cut.error().to_string().find("rows.csv:3:3: found a quote that is never closed; expected "), 0u) << cut.error().to_string();
+    EXPECT_FALSE(read_csv("\"a\"\"", "rows.csv").ok()) << "two quotes in a cell are one of its characters";
+    const auto closed = read_csv("a,\"b \"\"c\"\"\"\n", "rows.csv");
+    ASSERT_TRUE(closed.ok());
+    EXPECT_EQ((*closed)[0].cells, (std::vector<std::string>{"a", "b \"c\""}));
+}
+
 TEST(Range, HoldsItsEndsAndRoundNumbersBetween) {
     EXPECT_EQ(range_values(0.0, 0.3, 4, false), (std::vector<std::string>{"0", "0.1", "0.2", "0.3"}));
     EXPECT_EQ(range_values(0.001, 10.0, 5, true), (std::vector<std::string>{"0.001", "0.01", "0.1", "1", "10"}));

@@ -377,6 +377,41 @@ TEST(ViewerServer, AStateIsSavedGoneBackToAndTakenAwayAsACheckpoint) {
     EXPECT_FALSE(driver.await_status([](const Json& status) { return status["saved"].empty(); }).is_null());
 }
 
+TEST(ViewerHub, GivesEachOfThoseThatAskAtOnceTheStateThatItAskedFor) {
+    const Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
+    const PreparedScene prepared = *make_prepared_scene(scene);
+    Session session(scene, prepared);
+    Exchange exchange;
+    open_exchange(session, exchange);
+    for (const std::string_view name : {"first", "second"}) {
+        SaveState save;
+        std::copy(name.begin(), name.end(), save.name.begin());
+        session.apply(save);
+        session.step();
+    }
+    Hub hub(scene, prepared, session, exchange, {});
+    std::vector<std::string> given;
+    const auto ask = [&](std::uint32_t saved) {
+        return hub.ask_for(Seal{saved}, [&](const Sealed& sealed) { given.emplace_back(sealed.saved ? sealed.saved->mark.name.data() : "none"); });
+    };
+    const SavedMarks saved = session.status().saved;
+    ASSERT_EQ(saved.count, 2u);
+    EXPECT_TRUE(ask(saved.marks[0].id) && ask(saved.marks[1].id) && ask(0));
+    for (std::size_t k = 3; k < kMostSeals; ++k) EXPECT_TRUE(ask(saved.marks[0].id));
+    EXPECT_FALSE(ask(saved.marks[0].id)) << "there is no room for its answer";
+    RunStatistics tally;
+    run_loop(session, exchange, {.steps = 1, .paced = false}, tally); // reads all of it before its step
+    hub.start_ticking();
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (given.size() < kMostSeals && std::chrono::steady_clock::now() < end) hub.io().run_for(std::chrono::milliseconds(5));
+    ASSERT_EQ(given.size(), kMostSeals);
+    EXPECT_EQ(given[0], "first");
+    EXPECT_EQ(given[1], "second");
+    EXPECT_EQ(given[2], "none");
+    EXPECT_EQ(given[3], "first");
+    EXPECT_TRUE(ask(saved.marks[1].id));
+}
+
 /// The same run, command by command, with any number of viewers that come and go.
 TEST(ViewerServer, WatchingChangesNothing) {
     const auto hash_after = [](bool watched) {

@@ -88,7 +88,9 @@ private:
         if (!path) return fail(node->at, "rows", path.error().message);
         const auto bytes = read_file_bytes(*path);
         if (!bytes) return bytes.error();
-        const std::vector<CsvRow> table = read_csv(*bytes);
+        const auto rows = read_csv(*bytes, *path);
+        if (!rows) return rows.error();
+        const std::vector<CsvRow>& table = *rows;
         SweepAxis axis;
         axis.file = path->string();
         const auto refuse = [&](CsvPlace at, std::string message, std::string pointer = {}) {

@@ -186,7 +186,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     }
     solve_instrument(model, index, state, rods);
     if (reach && solve_left_reach(model, index, *reach, state, rods)) {
-        make_planes(model, index, state, rods, kPlaneReach, budget);
+        make_planes(model, index, state, rods, farthest_reach(model, index, rods), budget);
         solve_instrument(model, index, state, rods);
     }
     if (reach) keep_within_reach(model, index, state, rods);

@@ -45,9 +45,18 @@ struct WallScratch {
     std::vector<double> node_presses; // [node_count] of its host: how many presses a node carries in this step
 };
 
+/// Of an instrument at the start of the step, beside its rod, skin and planes: for a step that fails.
+struct InstrumentStart {
+    FollowState follow;
+    bool drive_stopped = false, kept_inside = false;
+    std::uint64_t exact_candidates = 0;
+    std::vector<fem::RodPlane> self_planes;
+};
+
 struct InstrumentScratch {
     fem::RodState rod_t0;
     std::vector<Vec3> skin_t0;
+    InstrumentStart start;
     std::vector<Vec3> axis; // [node_count]
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
@@ -60,6 +69,7 @@ struct InstrumentScratch {
     fem::SelfContact self;    // of this step
     bool meets_itself = false; // in this step
     DriveCommand command;
+    bool is_exact = false; // in this step: the exact stage was forced for it
     bool slowed = false;   // in this step, see keep_within_reach
     unsigned iterations = 0; // of all solves of this step
     fem::RodModel thicker; // the rod as it is then, in a thicker fluid
@@ -85,6 +95,7 @@ struct RodsScratch {
     // With the effect instrument_contact or a rod with play in a bore, of this step:
     bool meet = false;
     bool meet_outside = false; // that effect is on
+    std::vector<fem::RodMeeting> meetings_t0;
     std::vector<std::size_t> together; // instruments that are solved together; the first one stands for all; empty: none
     fem::RodMeetings meetings;
     fem::TogetherWorkspace joint;

@@ -1,6 +1,7 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 
 #include "engine/effects/call.hpp"
+#include "engine/effects/registry.hpp"
 #include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/instrument/wall_exchange.hpp"
@@ -109,25 +110,40 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
 void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
+        InstrumentStart& start = rods.instruments[i].start;
+        start.follow = state.instruments[i].follow;
+        start.drive_stopped = state.instruments[i].drive_stopped, start.kept_inside = state.instruments[i].kept_inside;
+        start.exact_candidates = state.instruments[i].exact_candidates;
+        start.self_planes = state.instruments[i].self_planes;
         rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses; with what dragged a step earlier
         for (auto* planes : {&state.instruments[i].planes, &state.instruments[i].self_planes})
             for (fem::RodPlane& plane : *planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
         rods.instruments[i].self.end();
-        rods.instruments[i].slowed = false;
+        rods.instruments[i].is_exact = rods.instruments[i].slowed = false;
         rods.instruments[i].iterations = 0;
         rods.instruments[i].last_presses = state.instruments[i].presses;
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
         rods.instruments[i].wall_distance.clear();
         rods.instruments[i].proven = {};
     }
+    rods.meetings_t0 = state.meetings;
     for (fem::RodMeeting& meeting : state.meetings) meeting.plane.start_force = meeting.plane.force, meeting.plane.start_drag = meeting.plane.drag;
 }
 
 void restore_instruments(const SceneModel& model, State& state, const RodsScratch& rods) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
-        state.instruments[i].rod = rods.instruments[i].rod_t0;
-        state.instruments[i].skin = rods.instruments[i].skin_t0;
+        InstrumentState& now = state.instruments[i];
+        const InstrumentStart& start = rods.instruments[i].start;
+        now.rod = rods.instruments[i].rod_t0;
+        now.skin = rods.instruments[i].skin_t0;
+        now.planes = rods.instruments[i].last_planes;
+        now.presses = rods.instruments[i].last_presses;
+        now.self_planes = start.self_planes;
+        now.follow = start.follow;
+        now.drive_stopped = start.drive_stopped, now.kept_inside = start.kept_inside;
+        now.exact_candidates = start.exact_candidates;
     }
+    state.meetings = rods.meetings_t0;
 }
 
 /// m or rad, to 1e-12: what a path writes in a scene's units comes back as the same bits, and with it the whole run.

@@ -132,7 +132,10 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t instrument, Sta
 /// pressed there: with all of them it comes to the same place by another way, which differs in the last bits.
 [[nodiscard]] bool solve_left_reach(const SceneModel& model, std::size_t instrument, double reach, const State& state, const RodsScratch& rods);
 
-/// m; how far planes need to reach, by the motion so far; kPlaneReach and the way of the wall at most. Where the solve goes farther they are made again.
+/// m; kPlaneReach, and the way that the wall itself comes.
+[[nodiscard]] double farthest_reach(const SceneModel& model, std::size_t instrument, const RodsScratch& rods);
+
+/// m; how far planes need to reach, by the motion so far; farthest_reach at most. Where the solve goes farther they are made again.
 [[nodiscard]] double suggest_plane_reach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
 
 /// A solve against planes of the whole reach that took the rod farther than they tell of (a bent tip that springs out of its port, a tip that

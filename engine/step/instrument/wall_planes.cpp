@@ -221,8 +221,7 @@ double longest_approach(const SceneModel& model, std::size_t index, const State&
     return longest + way_of_walls(model, index, rods);
 }
 
-/// m; kPlaneReach, and the way that the wall itself comes.
-static double farthest_reach(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
+double farthest_reach(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
     return kPlaneReach + way_of_walls(model, index, rods);
 }
 

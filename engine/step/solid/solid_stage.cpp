@@ -49,6 +49,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
     }
     solids.entries_before.reserve(places);
     solids.contacts_before.reserve(places);
+    solids.forces_t0.reserve(places);
     solids.pressed.reserve(places);
     solids.touches.reserve(places);
     for (std::vector<Piercing>& piercings : solids.piercings) piercings.reserve(places);

@@ -50,6 +50,7 @@ struct IslandsScratch {
 
 struct BodiesScratch {
     std::vector<BodyStart> start;      // [body_count]
+    std::vector<std::vector<double>> effects_t0; // what effects keep (State::effects), at the start of the step: for one that fails
     std::vector<TissueScratch> tissue; // [body_count]
     ContactScratch contact;
     IslandsScratch islands;
