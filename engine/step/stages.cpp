@@ -56,7 +56,8 @@ void restore_start(const SceneModel& model, State& state, const BodiesScratch& b
     state.solids.taken_j = solids.taken_t0;
     state.effects = bodies.effects_t0;
     for (BodyState& body : state.bodies) {
-        body.lumen.miss_steps(); // it may have seen where the step would have ended
+        if (body.lumen_step != state.step) continue;
+        body.lumen.miss_steps(); // it has seen where the step would have ended
         body.lumen_step = kNoStep;
     }
 }

@@ -198,7 +198,7 @@ TEST(Schema, NamesTheEffectsThatAreOnWhereNoneIsNamed) {
     const std::string named = ",\n    \"effects\": [\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]";
     const auto scene = parse_scene(spoil(named, ""), "scenes/test.json");
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
-    const std::string doc = scene_schema().at("properties").at("effects").at("description").get<std::string>();
+    const std::string doc = scene_schema().at("$defs").at("scene").at("properties").at("effects").at("description").get<std::string>();
     EXPECT_EQ(scene->effects.names().size(), 5U);
     for (const std::string& name : scene->effects.names()) EXPECT_NE(doc.find(name), std::string::npos) << name;
 }
