@@ -76,12 +76,12 @@ void apply_inputs(const SceneModel& model, const EffectSet& live, unsigned dropp
 
 void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies,
                       StepReport& report, StepBudget& budget) {
-    if (live.elasticity && takes_tissue(dropped)) {
+    if (!live.elasticity || !takes_tissue(dropped))
+        for (SolidContact& place : state.solids.contacts) place.touch.force.setZero(); // nothing is pushed in this step
+    if (takes_tissue(dropped)) {
         const Phase phase(budget, StepPart::Tissue);
         const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Solve)]);
         integrate_bodies(model, live, state, bodies, report, budget);
-    } else {
-        for (SolidContact& place : state.solids.contacts) place.touch.force.setZero(); // nothing is pushed in this step
     }
     keep_surfaces(model, state, bodies);
 }

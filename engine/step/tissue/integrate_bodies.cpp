@@ -404,6 +404,7 @@ void report_contact(State& state, StepReport& report) {
 
 void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report,
                       StepBudget& budget) {
+    if (!live.elasticity) return;
     WorkBudget rows(0);
     const Stage stage{model, live, state, bodies, report, budget, rows};
     for (TissueScratch& scratch : bodies.tissue) scratch.rk.evaluations = 0;
