@@ -59,10 +59,8 @@ public:
         socket_.set_option(boost::asio::socket_base::keep_alive(true), ignored);
         socket_.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
         number_ = bridge_->hub().join(shared_from_this());
-        scene_due_ = true;
-        frame_due_ = bridge_->hub().frames().latest() != 0;
+        scene_due_ = true; // it goes with the first frame
         read_header();
-        write_next();
     }
 
     [[nodiscard]] bool is_idle() const noexcept override { return !writing_ && answers_.empty() && rest_ns() <= 0; }

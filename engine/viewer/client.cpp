@@ -46,7 +46,6 @@ void Client::greet() {
     out_.push_back({hub_.scene_text(), false});
     for (const auto& message : hub_.model_messages()) out_.push_back({message, true});
     out_.push_back({std::make_shared<const std::string>(hub_.picks_text()), false});
-    frame_due_ = hub_.frames().latest() != 0;
     write_next();
     read();
 }

@@ -162,7 +162,9 @@ unsigned Hub::join(const std::shared_ptr<Viewer>& client) {
     const unsigned number = next_client_++;
     clients_[number] = client;
     if (driver_ == 0) driver_ = number;
+    if (exchange_.snapshot.take()) frames_.add(exchange_.snapshot.front()); // of before: nothing was copied while nobody watched
     update_wishes();
+    exchange_.joined.fetch_add(1, std::memory_order_release);
     return number;
 }
 

@@ -76,7 +76,7 @@ public:
     [[nodiscard]] const std::shared_ptr<const std::string>& xray() const noexcept { return xray_; }
     [[nodiscard]] bool has_free_place() const noexcept { return clients_.size() < kMostViewers; }
 
-    /// A viewer has come; its number. The first one drives.
+    /// A viewer has come; its number. The first one drives. A frame that shows the session as it is now will be due.
     unsigned join(const std::shared_ptr<Viewer>& client);
     void leave(unsigned client);
     /// Text of the answer; empty: none is due.

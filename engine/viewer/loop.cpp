@@ -128,9 +128,12 @@ private:
     }
 
     /// Copies only what a viewer will show: the last one has been taken. What is skipped is shown later, but for what answers a
-    /// command: that takes the place of an older one, which no viewer has shown yet, and the user sees the effect a frame earlier.
+    /// command, or a viewer that has come: that takes the place of an older one, which no viewer has shown yet, and the user sees the
+    /// effect a frame earlier.
     void show(bool changed) {
         behind_ = behind_ || changed;
+        const std::uint64_t joined = exchange_.joined.load(std::memory_order_acquire);
+        if (std::exchange(joined_, joined) != joined) behind_ = answer_due_ = true;
         if (!behind_ || exchange_.viewers.load(std::memory_order_relaxed) == 0) return;
         if (!exchange_.snapshot.taken() && !answer_due_) return;
         const bool answers = std::exchange(answer_due_, false);
@@ -161,7 +164,8 @@ private:
     bool begun_;              // steps may be taken
     bool behind_ = true;      // the published snapshot is out of date
     bool xray_behind_ = true; // likewise the monitor's
-    bool answer_due_ = false; // a command was applied after that
+    bool answer_due_ = false; // a command was applied, or a viewer has come, after that
+    std::uint64_t joined_ = 0; // viewers that had come until then
 };
 
 } // namespace

@@ -49,6 +49,7 @@ struct Exchange {
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
     boost::lockfree::spsc_queue<Sealed, boost::lockfree::capacity<kMostSeals>> sealed; // an answer to each Seal, in their order
     std::atomic<unsigned> viewers{0};      // no viewer: nothing is copied
+    std::atomic<std::uint64_t> joined{0};  // viewers that have come so far: each one is shown the session as it is then
     std::atomic<bool> spheres{false};      // a viewer shows them
     std::atomic<bool> stop{false};
 };

@@ -88,9 +88,10 @@ struct Message {
 /// The library's own client. Reads when asked to.
 class Client {
 public:
-    explicit Client(const Live& live) : socket_(::igtl::ClientSocket::New()) {
+    explicit Client(const Live& live) : Client(live.port) {}
+    explicit Client(unsigned short port) : socket_(::igtl::ClientSocket::New()) {
         std::signal(SIGPIPE, SIG_IGN); // a connection that the server ended is no reason to die
-        EXPECT_EQ(socket_->ConnectToServer("127.0.0.1", live.port), 0);
+        EXPECT_EQ(socket_->ConnectToServer("127.0.0.1", port), 0);
         socket_->SetReceiveTimeout(kPatienceMs);
     }
     ~Client() { close(); }
