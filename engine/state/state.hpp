@@ -97,6 +97,8 @@ struct BodyState {
     fem::StableStepWorkspace stable;     // warm start of the stable step: modes and rates (StableStepMemory)
     spheretree::LumenState lumen;        // hollow bodies: inscribed spheres as the last step left them
     std::uint64_t lumen_step = kNoStep;  // State::step at its last update; kNoStep: it saw another wall than the step left
+    /// J, deformable bodies: its share of what contact impulses have taken of late. Pushing out gives no more back.
+    double contact_work = 0.0;
 };
 
 struct InstrumentState {
@@ -119,7 +121,6 @@ struct SolidContactState {
     std::vector<LeafPair> touching;          // leaf pairs of the last step that touched, by key
     std::vector<SolidEntry> entries;         // vertices that are in another body, by key
     std::vector<SolidContact> contacts;      // places that push in the next step, by key
-    double taken_j = 0.0;                    // J, what impulses have taken from the bodies of late: pushing out gives no more back
 };
 
 struct State {

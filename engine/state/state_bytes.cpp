@@ -39,7 +39,7 @@ bool body_fits(const BodyModel& model, const BodyState& body) {
            are_finite(body.surface) && body.frames.frame.size() == (model.links ? model.links->frame_count() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
-           is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
+           std::isfinite(body.contact_work) && is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
            is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_count() : 0);
 }
 
@@ -126,7 +126,7 @@ bool solids_fit(const SceneModel& model, const State& state) {
                                   e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.depth);
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
-           std::isfinite(s.taken_j) && std::all_of(s.contacts.begin(), s.contacts.end(), [&](const SolidContact& c) { return contact_fits(model, c); }) &&
+           std::all_of(s.contacts.begin(), s.contacts.end(), [&](const SolidContact& c) { return contact_fits(model, c); }) &&
            std::is_sorted(s.contacts.begin(), s.contacts.end(), [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
 }
 

@@ -44,12 +44,13 @@ void visit_stable_step(Visitor& visitor, Memory& memory) {
 /// A lumen's inscribed spheres travel as what its next update takes over (LumenState::kept): visit_lumen(body) is theirs.
 template <class Visitor, class Body, class Lumen>
 void visit_body(Visitor& visitor, Body& body, Lumen&& visit_lumen) {
-    auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, lumen, lumen_step] = body; // evaluated: it does not wait
+    auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, lumen, lumen_step, contact_work] = body; // evaluated: it does not wait
     auto& [position, velocity, relaxed] = tissue;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, surface);
     visitor.list(relaxed, [&](auto& strain) { visitor.number(strain); });
     visit_frames(visitor, frames), visit_frames(visitor, flow_frames);
     visit_stable_step(visitor, stable.memory());
+    visitor.number(contact_work);
     visit_lumen(body);
 }
 
@@ -104,8 +105,7 @@ void visit_contact(Visitor& visitor, ContactT& contact) {
 
 template <class Visitor, class Solids>
 void visit_solids(Visitor& visitor, Solids& solids) {
-    auto& [touching, entries, contacts, taken_j] = solids;
-    visitor.number(taken_j);
+    auto& [touching, entries, contacts] = solids;
     visitor.list(touching, [&](auto& pair) {
         auto& [a, b, leaf_a, leaf_b, gap] = pair;
         visit_numbers(visitor, a, b, leaf_a, leaf_b, gap);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kKind = "trocar-checkpoint\n";
 /// Changes whenever the meaning of the bytes does, the state's included: nothing is guessed from an older one.
-constexpr std::uint32_t kVersion = 17;
+constexpr std::uint32_t kVersion = 18;
 constexpr std::size_t kHashBytes = 8;
 
 std::uint64_t hash_of(std::string_view bytes) noexcept {

@@ -44,7 +44,6 @@ void keep_start(const SceneModel& model, State& state, BodiesScratch& bodies, So
     keep_instruments(model, state, rods);
     solids.forces_t0.clear();
     for (const SolidContact& place : state.solids.contacts) solids.forces_t0.push_back({place.touch.force, place.warm});
-    solids.taken_t0 = state.solids.taken_j;
     bodies.effects_t0 = state.effects; // of the same sizes: copies, does not allocate
 }
 
@@ -53,7 +52,6 @@ void restore_start(const SceneModel& model, State& state, const BodiesScratch& b
     restore_instruments(model, state, rods);
     for (std::size_t k = 0; k < solids.forces_t0.size(); ++k) // a step that fails has not listed others
         state.solids.contacts[k].touch.force = solids.forces_t0[k].force, state.solids.contacts[k].warm = solids.forces_t0[k].warm;
-    state.solids.taken_j = solids.taken_t0;
     state.effects = bodies.effects_t0;
     for (BodyState& body : state.bodies) {
         if (body.lumen_step != state.step) continue;

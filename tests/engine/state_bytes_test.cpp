@@ -134,7 +134,7 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"route_frames", [](State& s) { s.instruments[0].route_frames.frame[0].turn[1][1] += 1.0; }},
         {"chain.hint", [](State& s) { ++s.instruments[0].chain.hint[0]; }},
         {"exact_candidates", [](State& s) { ++s.instruments[0].exact_candidates; }},
-        {"solids.taken_j", [](State& s) { s.solids.taken_j += 1.0; }},
+        {"contact_work", [](State& s) { s.bodies[0].contact_work += 1.0; }},
         {"a plane", [](State& s) { s.instruments[0].planes.pop_back(); }},
         {"a meeting", [](State& s) { s.meetings.pop_back(); }},
         {"a plane of the rod itself", [](State& s) { s.instruments[0].self_planes.pop_back(); }},

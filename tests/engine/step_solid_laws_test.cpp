@@ -123,6 +123,51 @@ TEST(SolidLaws, AFreeSystemKeepsMomentumAndAngularMomentumAndGainsNoEnergyWhatev
     }
 }
 
+/// Two bodies that press, with others in the same scene and without. What begins inside another body is pushed out with energy that contact has
+/// taken: with none that it took a metre away.
+TEST(SolidLaws, WhatTouchesElsewhereChangesNothing) {
+    test::Random random(kSeed + 2);
+    for (int k = 0; k < 6; ++k) {
+        SolidScene scene;
+        scene.step = random.step();
+        scene.contact = fmt::format("\"solid_friction\": {}", k % 2 ? 0.3 : 0.0);
+        const Flesh flesh{.kpa = random.between(5.0, 40.0)};
+        const Vec3 towards = random.direction(), away = random.direction();
+        const double inside = k % 3 == 0 ? 0.001 : -0.001; // m, in which they begin
+        const std::string here = deformable("a", ball(Vec3::Zero()), flesh) + ", " + deformable("b", ball((0.04 - inside) * towards), flesh);
+        const std::string there = deformable("c", ball(away), flesh) + ", " + deformable("d", ball(away + 0.0402 * random.direction()), flesh);
+        const double speed = random.between(0.05, 0.3);
+        const auto run = [&](const std::string& bodies, std::size_t first) {
+            scene.bodies = bodies;
+            const PreparedScene prepared = prepare_solids_of(scene);
+            Simulator simulator(prepared.model);
+            State thrown = simulator.state();
+            for (std::size_t i = 0; i < thrown.bodies.size(); i += 2) // one of each pair
+                for (std::size_t n = 0; n < thrown.bodies[i].tissue.velocity.size(); ++n) {
+                    const Vec3 other = mass_centre(*prepared.model.bodies[i + 1].tissue, thrown.bodies[i + 1].tissue);
+                    const Vec3 own = mass_centre(*prepared.model.bodies[i].tissue, thrown.bodies[i].tissue);
+                    thrown.bodies[i].tissue.velocity[n] = (i == first && inside > 0.0 ? 0.0 : speed) * (other - own).normalized();
+                }
+            EXPECT_TRUE(simulator.restore(thrown).ok());
+            std::size_t touches = 0;
+            for (double time = 0.0; time < 0.1; time += scene.step) {
+                EXPECT_TRUE(simulator.step().finite);
+                for (const Contact& contact : simulator.contacts()) touches += contact.a.index() == first;
+            }
+            EXPECT_GT(touches, 0u);
+            BitHash hash;
+            for (const std::size_t i : {first, first + 1}) {
+                hash.add(simulator.state().bodies[i].tissue.position);
+                hash.add(simulator.state().bodies[i].tissue.velocity);
+            }
+            return hash.value();
+        };
+        const std::uint64_t alone = run(here, 0);
+        EXPECT_EQ(run(here + ", " + there, 0), alone) << "case " << k;
+        EXPECT_EQ(run(there + ", " + here, 2), alone) << "case " << k;
+    }
+}
+
 TEST(SolidLaws, EqualBallsLeaveAnImpactAsTheShortestStepSaysAtEveryStep) {
     constexpr double kSpeed = 0.196;
     for (const char* mesher : {"lattice", "tetgen"}) {

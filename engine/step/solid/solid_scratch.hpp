@@ -109,7 +109,6 @@ struct SolidScratch {
     std::vector<Box3> edge_boxes;              // of the leaf in hand
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<SolidForce> forces_t0;         // [contacts] of the state's, at the start of the step: for one that fails
-    double taken_t0 = 0.0;                     // J, likewise
     std::vector<LeafPair> touching_before;     // and of its leaf pairs
     std::vector<std::uint8_t> looked;          // [meeting] the surfaces of these two are looked at in this step
     std::vector<std::uint8_t> touched;         // [meeting] the two touched in the last step

@@ -142,6 +142,12 @@ Index find_root(std::vector<IslandBody>& bodies, Index i) noexcept {
     return i;
 }
 
+/// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
+constexpr double kForgotten = 0.02;
+
+/// J, what is left after h seconds of what contact has taken.
+double left_of_work(double work, double h) noexcept { return work * (1.0 - std::min(1.0, h / kForgotten)); }
+
 /// Ascending, into islands.members.
 void list_members(IslandsScratch& islands, Index root) {
     islands.members.clear();
@@ -181,6 +187,7 @@ void integrate_free(const Stage& s) {
     const auto is_joined = [&](std::size_t i) { return !s.model.bodies[i].tied.empty(); };
     for (Index i = 0; i < s.model.bodies.size(); ++i) {
         if (!s.is_tissue(i) || !bodies[i].is_free) continue;
+        s.state.bodies[i].contact_work = left_of_work(s.bodies.start[i].contact_work, s.model.step_s);
         if (!is_joined(i))
             integrate_body(s.effects(), i, s.bodies.start[i].tissue, s.state, s.bodies.tissue[i]);
         else if (find_root(bodies, i) == i)
@@ -188,17 +195,14 @@ void integrate_free(const Stage& s) {
     }
 }
 
-/// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
-constexpr double kForgotten = 0.02;
-
 /// [-]; of the impulses of a solve that did not converge, so much starts the next: places that contradict one another would add up.
 constexpr double kDistrust = 0.5;
 
 /// s; what is left in equal sub-steps of at most `stable`.
 double choose_substep(double left, double stable) noexcept { return left / std::max(1.0, std::ceil(left / stable * (1.0 - 1e-12))); }
 
-/// The bodies of one island side by side. False: one of them could not be advanced.
-bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) {
+/// The bodies of one island side by side. work: J, what contact has taken from them of late. False: one of them could not be advanced.
+bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members, double& work) {
     IslandsScratch& islands = s.bodies.islands;
     ContactScratch& contact = s.bodies.contact;
     const double step = s.model.step_s;
@@ -230,11 +234,11 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
             islands.solver.limit_rows(s.rows.left() / static_cast<std::uint64_t>(substeps_left));
             s.budget.begin_rows(places, islands.solver.holds_wholes());
             const ContactSolve solve =
-                arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
+                arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, work);
             s.budget.end_rows(solve.relaxed);
             (void)s.rows.spend(std::min(s.rows.left(), solve.relaxed));
             trust = solve.converged ? 1.0 : kDistrust;
-            s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
+            work = left_of_work(work - solve.work, kick);
             s.report.contact_iterations += solve.iterations;
             s.report.contact_unconverged += !solve.converged;
             if (kick > 0.0) s.report.contact_residual_n = std::max(s.report.contact_residual_n, solve.residual / kick);
@@ -277,8 +281,11 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
     IslandsScratch& islands = s.bodies.islands;
     list_island_rows(s, members);
     islands.lockstep.clear();
+    double work = 0.0; // J
     for (const std::size_t i : members) {
         TissueScratch& scratch = s.bodies.tissue[i];
+        work += s.bodies.start[i].contact_work;
+        s.state.bodies[i].contact_work = left_of_work(s.bodies.start[i].contact_work, s.model.step_s); // where nothing presses
         s.state.bodies[i].tissue = s.bodies.start[i].tissue;
         load_body(s.effects(), i, s.state, scratch);
         islands.lockstep.emplace_back(*s.model.bodies[i].tissue, s.state.bodies[i].tissue, s.model.step_s, scratch.inputs,
@@ -286,7 +293,7 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
     }
     list_ties(s.model, members, islands.ties);
     islands.solver.begin(s.bodies.contact.solved, s.bodies.contact.bodies);
-    const bool advanced = advance_side_by_side(s, members);
+    const bool advanced = advance_side_by_side(s, members, work);
     for (const std::size_t i : members) s.bodies.tissue[i].advanced.instead = islands.body[i].is_instead;
     if (!advanced) return;
     bool pushed = false;
@@ -298,6 +305,8 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
         pushed = pushed || !row.sum.isZero(0.0);
     }
     const auto has_free_end = [&](std::size_t i) { return islands.body[i].has_free_end; };
+    if (pushed)
+        for (const std::size_t i : members) s.state.bodies[i].contact_work = work / static_cast<double>(members.size());
     if (pushed || !std::all_of(members.begin(), members.end(), has_free_end)) return;
     for (const std::size_t i : members) { // nothing touched: each as by itself, to the bit
         s.state.bodies[i].tissue = islands.body[i].free_end;

@@ -11,6 +11,7 @@ namespace trocar::engine {
 struct BodyStart {
     fem::TissueState tissue;
     std::vector<Vec3> surface; // [vertex_count] m
+    double contact_work = 0.0; // J, BodyState::contact_work
     bool may_wait = false;     // nothing can meet it: its surface is evaluated when somebody asks for it
 };
 

@@ -10,8 +10,11 @@
 namespace trocar::engine {
 
 void keep_bodies(const SceneModel& model, const State& state, BodiesScratch& bodies) {
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].moves()) bodies.start[i].tissue = state.bodies[i].tissue;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].moves()) continue;
+        bodies.start[i].tissue = state.bodies[i].tissue;
+        bodies.start[i].contact_work = state.bodies[i].contact_work;
+    }
 }
 
 void place_surface(const SceneModel& model, std::size_t i, State& state) noexcept {
@@ -35,6 +38,7 @@ void restore_bodies(const SceneModel& model, State& state, const BodiesScratch& 
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].moves()) continue;
         state.bodies[i].tissue = bodies.start[i].tissue;
+        state.bodies[i].contact_work = bodies.start[i].contact_work;
         if (bodies.start[i].may_wait) {
             fem::turn_frames(*model.bodies[i].links, bodies.start[owner_of(model, i)].tissue.position, state.bodies[i].frames);
             state.bodies[i].surface_deferred = true;
