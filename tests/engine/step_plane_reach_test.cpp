@@ -1,5 +1,7 @@
 // Planes that reach only as far as the motion suggests: the solve between them is that between all planes.
 #include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/instrument/wall_facets.hpp"
+#include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/make_scratch.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/prepare/scripted_motion.hpp"
@@ -7,6 +9,8 @@
 #include "step_fixture.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace trocar::engine {
 namespace {
@@ -112,6 +116,83 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     }
     EXPECT_EQ(leaps, 13u);
     EXPECT_GE(again, 10u) << "but where the rod swung so far of itself that the leap was within what it suggested";
+}
+
+TEST(PlaneReach, AListHoldsTheNearestInTheirOrderHoweverTheyCome) {
+    test::Random random(733);
+    for (int k = 0; k < 40; ++k) {
+        const auto count = static_cast<std::size_t>(random.between(1.0, 3.0 * kNearTriangles));
+        std::vector<NearTriangle> all(count);
+        for (std::size_t i = 0; i < count; ++i)
+            all[i] = {static_cast<Index>(i), std::floor(random.between(-4.0, 20.0)), random.direction(), {}, {}, {}, {}, random.between(-1.0, 1.0)};
+        for (std::size_t i = count; i > 1; --i) std::swap(all[i - 1], all[static_cast<std::size_t>(random.between(0.0, static_cast<double>(i)))]);
+        NearList list;
+        for (const NearTriangle& one : all) list.add(one);
+        std::ranges::sort(all, [](const NearTriangle& a, const NearTriangle& b) { return std::pair(a.distance, a.triangle) < std::pair(b.distance, b.triangle); });
+        ASSERT_EQ(list.size(), std::min(count, kNearTriangles));
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            EXPECT_EQ(list[i].triangle, all[i].triangle) << i << " of " << count;
+            EXPECT_EQ(list[i].normal, all[i].normal);
+        }
+        EXPECT_EQ(list.full_within(), count < kNearTriangles ? std::numeric_limits<double>::infinity() : all[kNearTriangles - 1].distance);
+    }
+}
+
+/// Hundreds of triangles are within the planes' reach; the search ends when the nearest are known.
+TEST(PlaneReach, OfAFineWallTheNearestIsKnownAtEveryPlace) {
+    std::string text = test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .host_body = test::kOrgan});
+    text.replace(text.find("\"sides\": 20"), 11, "\"sides\": 80");
+    const PreparedScene prepared = test::prepare(text);
+    SceneModel model = prepared.model;
+    model.effects.coarse_contact = false;
+    State state = make_initial_state(model);
+    StepScratch context = make_scratch(prepared.model, state);
+    const fem::RodState straight = state.instruments[0].rod;
+    const TriMesh& wall = model.bodies[1].surface;
+    const double room = model.instruments[0].rod.design.radius + model.contact.clearance;
+    test::Random random(11);
+    std::size_t compared = 0;
+    for (int step = 0; step < 30; ++step) {
+        state.instruments[0].rod = straight;
+        const Vec3 aside = random.direction(); // one place is at the wall, and the next one is not
+        for (Vec3& p : state.instruments[0].rod.position) p += random.between(1.0e-3, 2.9e-3) * aside;
+        state.step = static_cast<std::uint64_t>(step);
+        test::keep_whole_start(model, state, context);
+        context.rods.instruments[0].command = {straight.insertion, 0.0};
+        const std::vector<Vec3> before = state.bodies[1].surface;
+        const Vec3 moved = random.between(0.0, 4e-4) * random.direction();
+        for (std::size_t v = 0; v < before.size(); ++v) state.bodies[1].surface[v] = wall.vertices[v] + moved;
+        follow_wall(model, 1, state, context.rods);
+        const double reach = random.between(1e-4, kPlaneReach) + context.rods.walls[1].way;
+        plane_from_walls(model, 0, state, context.rods, reach);
+        const InstrumentState& own = state.instruments[0];
+        const std::vector<Vec3>& position = context.rods.instruments[0].rod_t0.position;
+        for (Index node = first_walled_node(model, 0, context.rods); node + 1 < position.size(); ++node)
+            for (const double weight : {0.5, 1.0}) {
+                const Vec3 p = (1.0 - weight) * position[node] + weight * position[node + 1];
+                double nearest = room + reach, first = std::numeric_limits<double>::infinity(); // m, as it stood; as it will be, along the way there
+                const auto look = [&](const Triangle& t) { // m, both
+                    const PointOnTriangle on = closest_on_triangle(p, before[t[0]], before[t[1]], before[t[2]]);
+                    const double distance = std::sqrt(on.distance_sq);
+                    return std::pair(distance, ((p - on.point) / distance).dot(p - point_on(t, on.bary, state.bodies[1].surface)));
+                };
+                for (const Triangle& t : wall.triangles) {
+                    const auto [was, is] = look(t);
+                    if (!(was < room + reach)) continue;
+                    nearest = std::min(nearest, was);
+                    first = std::min(first, is);
+                }
+                EXPECT_NEAR(context.rods.instruments[0].wall_distance[slot_of(node, weight)], nearest, 1e-12) << step << ", node " << node;
+                if (!(first < room + reach)) continue;
+                double planned = std::numeric_limits<double>::infinity();
+                for (std::size_t k = 0; k < own.planes.size(); ++k)
+                    if (own.planes[k].node == node && own.planes[k].weight == weight)
+                        planned = std::min(planned, look(wall.triangles[own.presses[k].triangle]).second);
+                EXPECT_NEAR(planned, first, 1e-9) << step << ", node " << node;
+                ++compared;
+            }
+    }
+    EXPECT_GT(compared, 80u);
 }
 
 /// From within, a search as far as the radius; where the rod is not known to be within, beyond.

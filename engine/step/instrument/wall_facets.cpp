@@ -43,7 +43,8 @@ Vec3 plane_normal(const NearTriangle& near, const PlaneSite& site) {
 /// Of the list, nearest first, what stands out of all that is nearer, with the normals of their planes.
 std::span<const NearTriangle> facets_of(const NearList& list, const PlaneSite& site, std::array<NearTriangle, kFacets>& facets) {
     std::size_t count = 0;
-    for (const NearTriangle& near : list.entries()) {
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const NearTriangle& near = list[k];
         const bool known = std::any_of(facets.begin(), facets.begin() + static_cast<std::ptrdiff_t>(count), [&](const NearTriangle& plane) {
             return plane.normal.dot(near.normal) > kSamePlane || !(stands_out(near, plane, site) > kFlat);
         });

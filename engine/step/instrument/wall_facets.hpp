@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -32,35 +33,51 @@ class NearList {
 public:
     void clear() noexcept { size_ = 0; }
     void add(const NearTriangle& entry) noexcept {
+        const Key key{entry.distance, entry.triangle, static_cast<Index>(size_)};
         std::size_t at = size_;
-        while (at > 0 && before(entry, entries_[at - 1])) --at;
+        while (at > 0 && key < keys_[at - 1]) --at;
         if (at >= kNearTriangles) return;
-        const std::size_t kept = std::min(size_, kNearTriangles - 1);
-        for (std::size_t i = kept; i > at; --i) entries_[i] = entries_[i - 1];
-        entries_[at] = entry;
-        size_ = kept + 1;
+        const std::size_t last = std::min(size_, kNearTriangles - 1);
+        const Index slot = size_ < kNearTriangles ? key.slot : keys_[last].slot;
+        std::copy_backward(keys_.begin() + static_cast<std::ptrdiff_t>(at), keys_.begin() + static_cast<std::ptrdiff_t>(last),
+                           keys_.begin() + static_cast<std::ptrdiff_t>(last) + 1);
+        keys_[at] = {key.distance, key.triangle, slot};
+        entries_[slot] = entry;
+        size_ = last + 1;
     }
-    [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
+    [[nodiscard]] const NearTriangle& operator[](std::size_t k) const noexcept { return entries_[keys_[k].slot]; }
+    /// m, of a full list: what is farther away would not be in it. Infinite: it has room.
+    [[nodiscard]] double full_within() const noexcept {
+        return size_ < kNearTriangles ? std::numeric_limits<double>::infinity() : keys_[kNearTriangles - 1].distance;
+    }
 
     /// Normals away from the wall become such that look into the lumen: what has gone out is brought back. On which side of an edge or a
     /// corner a place is the face says that looks at it most; the others beside it may look away.
     void turn_inwards() noexcept {
         std::array<double, kNearTriangles> facing;
         for (std::size_t i = 0; i < size_; ++i) {
-            facing[i] = entries_[i].facing;
+            const NearTriangle& own = (*this)[i];
+            facing[i] = own.facing;
             for (std::size_t k = 0; k < size_; ++k)
-                if ((entries_[k].seen - entries_[i].seen).squaredNorm() < kSamePoint * kSamePoint && std::abs(entries_[k].facing) > std::abs(facing[i]))
-                    facing[i] = entries_[k].facing;
+                if (const NearTriangle& other = (*this)[k];
+                    (other.seen - own.seen).squaredNorm() < kSamePoint * kSamePoint && std::abs(other.facing) > std::abs(facing[i]))
+                    facing[i] = other.facing;
         }
         for (std::size_t i = 0; i < size_; ++i)
-            if (facing[i] > 0.0) entries_[i].normal = -entries_[i].normal;
+            if (NearTriangle& own = entries_[keys_[i].slot]; facing[i] > 0.0) own.normal = -own.normal;
     }
 
 private:
-    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
-        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
-    }
-    std::array<NearTriangle, kNearTriangles> entries_;
+    struct Key {
+        double distance;
+        Index triangle, slot; // of entries_
+        [[nodiscard]] bool operator<(const Key& other) const noexcept {
+            return distance < other.distance || (distance == other.distance && triangle < other.triangle);
+        }
+    };
+    std::array<NearTriangle, kNearTriangles> entries_; // as they came
+    std::array<Key, kNearTriangles> keys_;             // ascending
     std::size_t size_ = 0;
 };
 
