@@ -3,7 +3,7 @@
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
-#include "engine/cli/taken_files.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/experiments/cost_page.hpp"

@@ -3,7 +3,7 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
-#include "engine/cli/taken_files.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/episodes/make_policy.hpp"
 #include "engine/episodes/play.hpp"
 #include "engine/io/printable.hpp"

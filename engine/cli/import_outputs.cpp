@@ -65,6 +65,8 @@ int end_import(const ImportRequest& request, const std::filesystem::path& out, c
 
 int try_scene(const ImportRequest& request, const std::filesystem::path& out) {
     const std::filesystem::path file = out / import_name::kScene;
+    std::error_code ignored;
+    std::filesystem::remove(out / import_name::kExplain, ignored); // of an earlier import
     ProgressLine progress(!request.quiet);
     const Result<Scene> scene = read_scene(file);
     if (!scene.ok()) return report_error(scene.error());

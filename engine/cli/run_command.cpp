@@ -291,7 +291,13 @@ Result<Given> read_given(const RunOptions& options, Scene& scene) {
         given.checkpoint = std::move(*checkpoint);
     }
     const char* const keep = given.checkpoint ? output_name::kCheckpoint : nullptr;
-    if (auto fits = OutputFolder::check(output_folder(options, scene), options.force, reads, keep); !fits.ok()) return fits.error();
+    const std::filesystem::path folder = output_folder(options, scene);
+    if (auto fits = OutputFolder::check(folder, options.force, reads, keep); !fits.ok()) return fits.error();
+    for (const char* name : {output_name::kLock, output_name::kSteps, output_name::kPartialSteps, output_name::kSummary, output_name::kReport,
+                             output_name::kTrace, output_name::kCheckpoint, output_name::kLastGoodState})
+        if (!options.record_grants.empty() && is_same_place(options.record_grants, folder / name))
+            return Error{ErrorCode::BadUsage, "the run writes another file of this name; expected another one", options.record_grants.string(), 0, 0,
+                         "--record-grants"};
     return given;
 }
 

@@ -5,6 +5,7 @@
 #include "engine/cli/progress.hpp"
 #include "engine/cli/sweep_folder.hpp"
 #include "engine/cli/sweep_options.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/experiments/sweep/collect.hpp"
 #include "engine/experiments/sweep/slurm.hpp"
 #include "engine/experiments/sweep/slurm_queue.hpp"
@@ -236,15 +237,6 @@ private:
     double shown_ms_ = -1e9;
 };
 
-bool is_same_place(const std::filesystem::path& one, const std::filesystem::path& other) {
-    std::error_code failed;
-    const auto place = [&](const std::filesystem::path& path) {
-        const std::filesystem::path whole = std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
-        return whole.has_filename() ? whole : whole.parent_path(); // DIR/ is DIR
-    };
-    return place(one) == place(other);
-}
-
 Result<void> check_request(const SweepRequest& request) {
     const auto fail = [](std::string message, const char* key) { return Error{ErrorCode::BadUsage, std::move(message), {}, 0, 0, key}; };
     if (request.dry_run) return {};
@@ -259,10 +251,11 @@ Result<void> check_request(const SweepRequest& request) {
 }
 
 /// The table must not take the place of what the sweep is made of.
-Result<void> check_table(const SweepRequest& request, const SweepPlan& plan) {
+Result<void> check_table(const SweepRequest& request, const SweepSpec& spec, const SweepPlan& plan) {
     std::vector<std::filesystem::path> taken{request.sweep, request.out / sweep_name::kPlan, request.out / sweep_name::kLock};
     for (const std::vector<PlannedFile>* list : {&plan.scenes, &plan.files})
         for (const PlannedFile& one : *list) taken.emplace_back(one.file);
+    for (const SweepAxis& axis : spec.axes) taken.emplace_back(axis.file);
     for (const std::filesystem::path& file : taken)
         if (!request.table.empty() && is_same_place(request.table, file))
             return Error{ErrorCode::BadUsage, "would overwrite a file that the sweep reads; expected another name", request.table.string(), 0, 0, "--collect"};
@@ -279,7 +272,7 @@ int sweep(SweepRequest& request) {
     if (request.dry_run) return Sweep(request, *plan).list();
     std::error_code failed;
     request.out = std::filesystem::absolute(request.out, failed).lexically_normal();
-    if (const auto fits = check_table(request, *plan); !fits) return report_error(fits.error());
+    if (const auto fits = check_table(request, *spec, *plan); !fits) return report_error(fits.error());
     const auto state = inspect_folder(request.out, *plan);
     if (!state) return report_error(state.error());
     const bool is_new = *state == FolderState::New;

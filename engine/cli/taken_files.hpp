@@ -2,20 +2,18 @@
 #pragma once
 
 #include "base/result.hpp"
-#include "engine/scene/scene.hpp"
 
 #include <filesystem>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace trocar::engine {
+
+/// Do both names stand for one place, whether or not something is there?
+[[nodiscard]] bool is_same_place(const std::filesystem::path& one, const std::filesystem::path& other);
 
 /// fails  BadUsage under the option's name: the file is one of those, by whatever way it is named
 [[nodiscard]] Result<void> check_not_taken(const std::filesystem::path& file, std::span<const std::filesystem::path> taken,
                                            std::string option);
-
-/// The scene's own file and all that it names: meshes, sphere trees, recipes, lists of nodes, devices, paths.
-[[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene);
 
 } // namespace trocar::engine

@@ -66,7 +66,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("pairs_open", "", "Pairs of spheres that were still open when the budget ended the traversal.", row.r.pairs_open),
     TROCAR_COLUMN("leaf_contacts", "", "Pairs of leaf spheres in contact.", row.r.leaf_contacts),
     TROCAR_COLUMN("level_reached", "", "Coarsest level of the sphere trees still open when the traversal ended; the leaf depth where none is.", row.r.level_reached),
-    TROCAR_COLUMN("exact_ran", "", "1: the exact stage gave this step's answer.", row.r.exact_ran),
+    TROCAR_COLUMN("exact_ran", "", "1: the exact stage gave this step's answer, for every instrument.", row.r.exact_ran),
     TROCAR_COLUMN("exact_contacts", "", "Contacts that continuous tests found, those that a correction removed included.", row.r.exact_contacts),
     TROCAR_COLUMN("unresolved", "", "Continuous tests that ended without a verdict; the motion is then scaled to the proven safe fraction.", row.r.unresolved),
     TROCAR_COLUMN("min_volume_ratio", "[-]", "Smallest volume of a tetrahedron over its volume at rest; 0 or less: inverted.", row.r.min_volume_ratio),

@@ -39,4 +39,25 @@ Index find_target(const Scene& scene, std::string_view name) noexcept {
     return kNoIndex;
 }
 
+std::vector<std::filesystem::path> files_of(const Scene& scene) {
+    std::vector<std::filesystem::path> files;
+    const auto add = [&files](const std::filesystem::path& file) {
+        if (!file.empty()) files.push_back(file);
+    };
+    add(scene.file);
+    for (const SceneBody& body : scene.bodies) {
+        add(body.surface.file);
+        add(body.coarse.file);
+        add(body.spheres);
+        for (const HeldRegion& held : body.fixed) add(held.region.file);
+        for (const LoadSpec& load : body.loads)
+            if (load.region) add(load.region->file);
+    }
+    for (const SceneInstrument& instrument : scene.instruments) {
+        add(instrument.device_file);
+        add(instrument.path_file);
+    }
+    return files;
+}
+
 } // namespace trocar::engine

@@ -410,6 +410,9 @@ struct Scene {
 /// mesh that its use does not allow. Falls back to the nearest enclosing key.
 [[nodiscard]] Error scene_error(const Scene& scene, std::string key, std::string message, ErrorCode code = ErrorCode::BadValue);
 
+/// The scene's own file and all that it names: meshes, sphere trees, recipes, lists of nodes, devices, paths.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene);
+
 /// kNoIndex when there is none of that name.
 [[nodiscard]] Index find_body(const Scene& scene, std::string_view name) noexcept;
 [[nodiscard]] Index find_target(const Scene& scene, std::string_view name) noexcept;

@@ -15,7 +15,8 @@ constexpr double kHoldShares[] = {0.9, 0.5};
 /// A safe share of a motion below this is none.
 constexpr double kStuck = 0.01;
 
-void scale(const std::vector<Vec3>& from, double fraction, std::vector<Vec3>& to) {
+template <class T>
+void scale(const std::vector<T>& from, double fraction, std::vector<T>& to) {
     for (std::size_t k = 0; k < to.size(); ++k) to[k] = from[k] + fraction * (to[k] - from[k]);
 }
 
@@ -57,6 +58,7 @@ void scale_motion(const SceneModel& model, const EffectSet& live, double fractio
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
         scale(bodies.start[i].tissue.position, fraction, state.bodies[i].tissue.position);
+        scale(bodies.start[i].tissue.relaxed, fraction, state.bodies[i].tissue.relaxed);
         for (Vec3& v : state.bodies[i].tissue.velocity) v *= fraction;
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)

@@ -131,11 +131,13 @@ void resolve_instruments(const SceneModel& model, const EffectSet& live, State& 
     budget.end_response();
 }
 
-void list_contacts(const SceneModel& model, const State& state, std::span<const Contact> coarse, StepReport& report,
+void list_contacts(const SceneModel& model, const State& state, const RodsScratch& rods, std::span<const Contact> coarse, StepReport& report,
                    std::vector<Contact>& contacts) {
     contacts.clear();
-    const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const bool is_exact = report.exact_ran || rods.instruments[i].is_exact;
+        list_presses(model, i, state, is_exact ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres, contacts);
+    }
     report.pressing_contacts = contacts.size();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_self_presses(model, i, state, ContactOrigin::ExactEE, contacts);
     list_meetings(model, state, ContactOrigin::ExactEE, contacts);

@@ -29,7 +29,7 @@ void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, doub
 
 /// What the step's response pushed against: presses of instruments, touches of solids, and sphere contacts of those without a surface's depth.
 /// coarse    of the traversal
-void list_contacts(const SceneModel& model, const State& state, std::span<const Contact> coarse, StepReport& report,
+void list_contacts(const SceneModel& model, const State& state, const RodsScratch& rods, std::span<const Contact> coarse, StepReport& report,
                    std::vector<Contact>& contacts);
 
 } // namespace trocar::engine

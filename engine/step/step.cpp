@@ -56,7 +56,7 @@ const StepReport& finish_step(const SceneModel& model, State& state, StepScratch
         const Timed timed(report.ms.respond, report.ms.total, budget, ProbedPart::Solids);
         const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Surfaces)]);
         push_solids(model, state, scratch.solids, report, budget);
-        list_contacts(model, state, scratch.traversal.coarse, report, scratch.contacts);
+        list_contacts(model, state, scratch.rods, scratch.traversal.coarse, report, scratch.contacts);
     }
     return finish_report(model, state, scratch.bodies, scratch.solids, scratch.rods, report, budget);
 }

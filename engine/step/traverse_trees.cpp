@@ -117,8 +117,11 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
             report.exact_abandoned = true;
         }
         report.exact_ran = false;
+        rods.hits.clear();
+    }
+    if (!report.exact_ran) { // of motions that are solved anew
         report.exact_contacts = 0;
-        report.safe_fraction = 1.0; // of a motion that is solved anew
+        report.safe_fraction = 1.0;
         rods.hits.clear();
     }
     if (rods.cull) rods.cull->tell(report);

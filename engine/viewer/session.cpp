@@ -248,7 +248,7 @@ const StepReport& Session::step() {
     (void)simulator_->step(inputs_); // all of them were checked as they came
     status_.stepped = true;
     const StepReport& report = simulator_->report();
-    most_work_ = std::max(most_work_, report.work_units + (report.exact_ran ? refit_units(model_) : 0));
+    most_work_ = std::max(most_work_, report.work_units + (report.exact_ran || report.exact_forced ? refit_units(model_) : 0));
     if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);
     return report;
 }

@@ -183,6 +183,7 @@ TEST_F(Grants, ThatAreCutOffForeignOrMissingAreRefused) {
     EXPECT_TRUE(refuses(run(scene, {"--replay", folder / "none.txt", "--force"}), "none.txt"));
     EXPECT_TRUE(refuses(run(scene, {"--record-grants", folder / "no" / "such" / "place", "--force"}), "--record-grants"));
     EXPECT_TRUE(refuses(run(scene, {"--record-grants", folder, "--force"}), "--record-grants"));
+    EXPECT_TRUE(refuses(run(scene, {"--record-grants", out() / "summary.json", "--force"}), "--record-grants"));
 }
 
 TEST_F(Verify, WritesReferencesOnlyWhenAskedAndFindsThemTheSame) {

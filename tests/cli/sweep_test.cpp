@@ -378,6 +378,10 @@ TEST_F(SweepCommand, TheTableMayLieInItsFolderButOnNothingThatTheSweepReads) {
     EXPECT_EQ(text_of(folder / "a" / "table.csv"), "repeat,status\n0,done\n");
     for (const fs::path& taken : {folder / "sweep.json", folder / "scenes" / "tube.json", folder / "a" / "plan.json", folder / "a" / ".." / "sweep.json"})
         EXPECT_TRUE(refuses(sweep_into("a", {"--collect", taken.string()}), "would overwrite a file that the sweep reads")) << taken;
+    write("table.csv", "/budget\n\"work:10\"\n");
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "1"], "rows": "table.csv"})");
+    EXPECT_TRUE(refuses(sweep_into("b", {"--collect", (folder / "table.csv").string()}), "would overwrite a file that the sweep reads"));
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "1"]})");
     EXPECT_EQ(text_of(folder / "sweep.json"), sweep_text);
     EXPECT_TRUE(ended_with(sweep_into("a", {"--status"}), 0));
 }

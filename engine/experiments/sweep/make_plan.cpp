@@ -26,14 +26,10 @@ std::string hash_of(std::string_view bytes) {
     return hash.hex();
 }
 
-/// Meshes, paths and recipes that a scene reads.
+/// What a scene reads beside its own file.
 void find_scene_files(const Scene& scene, std::set<std::string>& files) {
-    for (const SceneBody& body : scene.bodies)
-        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
-            if (!file.empty()) files.insert(file.string());
-    for (const SceneInstrument& instrument : scene.instruments)
-        for (const std::filesystem::path& file : {instrument.path_file, instrument.device_file})
-            if (!file.empty()) files.insert(file.string());
+    for (const std::filesystem::path& file : files_of(scene))
+        if (file != scene.file) files.insert(file.string());
 }
 
 /// What `verify` reads: the scenes of the lists, their files and their references. A reference that is not there is a matter of the run.
