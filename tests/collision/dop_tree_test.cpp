@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace trocar::collision {
 namespace {
 
@@ -55,6 +58,47 @@ TEST(DopTree, ThatFollowsFindsTheTrianglesOfOneThatIsRefitted) {
             }
             EXPECT_GT(found, 500u);
         }
+}
+
+/// Of random trees, places and numbers: what a search with a radius that shrinks to the k-th nearest finds is what all triangles say.
+TEST(DopTree, ASearchWhoseRadiusShrinksFindsTheNearest) {
+    for (const TreeOptions& options : kKinds) {
+        Random random(44);
+        Surface surface = make_bent_tube(0.2, 0.01, 60, 16, 4.0);
+        surface.t1 = surface.t0;
+        surface.close();
+        DopTree tree;
+        tree.build(surface.topology, surface.t0, options);
+        tree.refit(surface.motion());
+        std::size_t asked = 0, seen = 0;
+        for (int round = 0; round < 300; ++round) {
+            if (round % 50 == 49) {
+                surface.t0 = surface.t1;
+                const Vec3 together = random.vector(3e-3);
+                for (Vec3& v : surface.t1) v += together + random.vector(5e-4);
+                tree.follow(surface.motion(), longest_way(surface));
+            }
+            const Vec3 at = surface.t1[random.bits() % surface.t1.size()] + random.vector(2e-2);
+            const double farthest = random.real(0.0, 0.04);
+            const std::size_t most = random.bits() % 40 + 1;
+            std::vector<double> all, found; // m^2, ascending
+            for (const Triangle& t : surface.topology.triangles) {
+                const double distance_sq = closest_on_triangle(at, surface.t1[t[0]], surface.t1[t[1]], surface.t1[t[2]]).distance_sq;
+                if (distance_sq <= farthest * farthest) all.push_back(distance_sq);
+            }
+            asked += all.size();
+            std::ranges::sort(all);
+            for_each_close_triangle(tree, surface.motion(), at, farthest, [&](Index, const PointOnTriangle& on) {
+                ++seen;
+                found.insert(std::ranges::upper_bound(found, on.distance_sq), on.distance_sq);
+                if (found.size() > most) found.pop_back();
+                return found.size() < most ? farthest : std::sqrt(found.back());
+            });
+            all.resize(std::min(most, all.size()));
+            ASSERT_EQ(found, all) << "round " << round << ", " << most << " within " << farthest;
+        }
+        EXPECT_LT(seen, asked / 2) << "most of what is within reach was not looked at";
+    }
 }
 
 /// Moves of less than half a unit in the last place of the way so far, a million of them: each is another motion all the same.

@@ -18,10 +18,9 @@ namespace {
 
 /// A push at one place takes others farther than the rod's free motion would have: by this factor and so much, until it is measured.
 constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
-/// [-], of the distance within which the last place's list was full: where the next place's is searched for first.
-constexpr double kNextPlace = 1.25;
 /// m; what the distances of a search may be off by.
 constexpr double kRounding = 1e-12;
+
 /// Cosine; where what is near looks farther aside than this of the nearest, the lumen may be narrow.
 constexpr double kSideways = 0.5;
 
@@ -153,8 +152,8 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
-    double nearest = 0.0, enough = std::numeric_limits<double>::infinity(); // m
-    const double farthest = room + reach, wall_way = model.bodies[instrument.lumen].moves() ? rods.walls[instrument.lumen].way : 0.0;
+    double nearest = 0.0;
+    const double farthest = room + reach, wall_way = (model.bodies[instrument.lumen].moves() ? rods.walls[instrument.lumen].way : 0.0) + kRounding;
     std::size_t made = 0;
     const std::vector<Vec3>& from = partly ? own.rod.position : scratch.rod_t0.position;
     for (Index node = first_walled_node(model, index, rods); node + 1 < nodes; ++node) {
@@ -167,27 +166,21 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
             if (!partly && proven_free(model, index, node, weight, rods)) continue;
             ++made;
             const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1];
+            list.clear();
             bool behind = false;
-            const auto add_near = [&](Index id, const PointOnTriangle& on) {
+            nearest = farthest;
+            collision::for_each_close_triangle(tree, before, p, farthest, [&](Index id, const PointOnTriangle& on) {
                 const double distance = std::sqrt(on.distance_sq);
                 if (partly && distance < nearest) behind = twice_area(before.topology->triangles[id], before.t1).dot(p - on.point) > 0.0;
                 nearest = std::min(nearest, distance);
-                if (!(distance > 0.0)) return;
+                if (!(distance > 0.0)) return farthest;
                 // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                 const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
                 const Vec3 normal = (p - on.point) / distance;
                 const Vec3 was = partly ? point_on(before.topology->triangles[id], on.bary, start.t1) : on.point;
                 list.add({id, normal.dot(p - now), normal, on.point, now, (now - was) / model.step_s, on.bary});
-            };
-            // Of a wall of small triangles the list is full long before all within reach are seen.
-            for (double radius = std::min(farthest, enough);; radius = farthest) {
-                list.clear();
-                behind = false;
-                nearest = farthest;
-                collision::for_each_close_triangle(tree, before, p, radius, add_near);
-                if (radius == farthest || list.full_within() < radius - wall_way - kRounding) break;
-            }
-            enough = kNextPlace * std::max(0.0, list.full_within()) + wall_way + kRounding;
+                return list.full_within() + wall_way; // no farther one can be in it
+            });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
             add_planes(list, {node, weight, p, kept, farthest, before, instrument.rod.friction_at(node, weight)}, last, own, &yielding);
             scratch.wall_distance[slot_of(node, weight)] = behind ? 0.0 : nearest;
@@ -347,16 +340,15 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
             const Vec3 p = (1.0 - weight) * own.rod.position[node] + weight * own.rod.position[node + 1];
             if (stayed_away(model, index, node, weight, p, room, rods) || still_proven_free(model, index, node, weight, p, rods)) continue;
             list.clear();
-            collision::for_each_close_triangle(
-                rods.walls[instrument.lumen].tree, wall, p, room,
-                [&](Index id, const PointOnTriangle& on) {
-                    const double distance = std::sqrt(on.distance_sq);
-                    if (!(distance > 0.0)) return;
-                    const Triangle& t = wall.topology->triangles[id];
-                    const Vec3 moved = on.point - point_on(t, on.bary, wall.t0), towards = (p - on.point) / distance;
-                    const double facing = spheretree::direction_of(twice_area(t, wall.t1)).dot(towards);
-                    list.add({id, distance, towards, on.point, on.point, moved / model.step_s, on.bary, facing});
-                });
+            collision::for_each_close_triangle(rods.walls[instrument.lumen].tree, wall, p, room, [&](Index id, const PointOnTriangle& on) {
+                const double distance = std::sqrt(on.distance_sq);
+                if (!(distance > 0.0)) return room;
+                const Triangle& t = wall.topology->triangles[id];
+                const Vec3 moved = on.point - point_on(t, on.bary, wall.t0), towards = (p - on.point) / distance;
+                const double facing = spheretree::direction_of(twice_area(t, wall.t1)).dot(towards);
+                list.add({id, distance, towards, on.point, on.point, moved / model.step_s, on.bary, facing});
+                return list.full_within() + kRounding;
+            });
             list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
             add_planes(list, {node, weight, p, kept, kept, wall, instrument.rod.friction_at(node, weight)}, none, own, nullptr);
