@@ -6,6 +6,7 @@
 #include "engine/cli/bench_request.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/report/build_facts.hpp"
 
@@ -111,6 +112,18 @@ int run_all(const BenchRequest& request, const BenchOptions& files, ProgressLine
     return failed == 0 && broken > 0 ? kExitDiffers : failed;
 }
 
+/// Neither the scene nor one another is written over.
+Result<void> check_files(const BenchRequest& request) {
+    std::vector<std::filesystem::path> taken;
+    for (const auto& [file, option] : {std::pair(std::filesystem::path(request.scene), ""), std::pair(std::filesystem::path(request.page), "--page"),
+                                       std::pair(std::filesystem::path(request.json), "--json")}) {
+        if (file.empty()) continue;
+        if (auto fine = check_not_taken(file, taken, option); !fine) return fine;
+        taken.push_back(file);
+    }
+    return {};
+}
+
 int run_bench(const BenchRequest& request) {
     if (const auto fits = check_docs(request); !fits) return report_error(fits.error());
     if (request.name.empty() && !request.docs.empty()) {
@@ -128,6 +141,7 @@ int run_bench(const BenchRequest& request) {
     for (const auto& [file, option] : {std::pair(request.page, "--page"), std::pair(request.json, "--json")})
         if (!file.empty())
             if (const auto fits = check_place(file, option); !fits) return report_error(fits.error());
+    if (const auto fits = check_files(request); !fits) return report_error(fits.error());
     BenchOptions options = options_of(request);
     ProgressLine progress(true, ProgressLine::Elsewhere::ALineAMinute);
     if (request.name == "all") return run_all(request, options, progress);

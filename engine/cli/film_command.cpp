@@ -79,7 +79,7 @@ int film(const FilmOptions& options) {
     const Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
     std::vector<std::filesystem::path> reads = files_of(*scene);
-    reads.push_back(options.like);
+    if (!options.like.empty()) reads.push_back(options.like);
     if (const auto fine = check_not_taken(options.out, reads, "--out"); !fine) return report_error(fine.error());
     ProgressLine progress(true);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });

@@ -12,6 +12,7 @@
 #include "engine/importing/vessel_files.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/io/read_surface.hpp"
+#include "engine/prepare/surface_rule.hpp"
 #include "engine/report/output_folder.hpp"
 
 #include <CLI/CLI.hpp>
@@ -61,9 +62,9 @@ int finish_organ(const ImportedOrgan& organ, const ImportSource& source, const I
     for (const Result<void>& written : write_organ(organ, source, out)) outputs.note(written);
     if (!outputs.all_there()) return outputs.tell(out);
     print_facts(source, organ.repairs);
-    const std::size_t crossing = find_self_intersections(organ.surface, 0).count; // tissue needs none mended: it is embedded
+    const std::string crossing = describe_crossings(find_self_intersections(organ.surface, 0)); // tissue needs none mended: it is embedded
     fmt::print("surface    {} triangles, closed, manifold, {}\n", organ.surface.triangles.size(),
-               crossing == 0 ? std::string("no self-intersections") : fmt::format("{} self-intersections, which stay", crossing));
+               crossing.empty() ? std::string("no self-intersections") : crossing + ", which stays");
     for (const std::string& sentence : organ.quality) fmt::print("tets       {}\n", sentence);
     for (const RegionSummary& region : organ.regions) fmt::print("region     {}\n", describe_region(region));
     if (!organ.regions.empty()) fmt::print("           by the cell array {}; all have the organ's material until the scene says another\n", printable(organ.labels.array));

@@ -49,7 +49,8 @@ Result<void> check_import_place(const ImportRequest& request, const std::filesys
     if (auto free = OutputFolder::check(out, request.force, reads); !free.ok()) return free;
     for (const char* name : {import_name::kScene, import_name::kSurface, import_name::kStl, import_name::kCentreline, import_name::kMarkups,
                              import_name::kReport, import_name::kExplain, import_name::kOrganSurface, import_name::kOrganTets})
-        if (auto fine = check_not_taken(out / name, reads, "--out"); !fine.ok()) return fine;
+        if (const std::filesystem::path file = out / name; !check_not_taken(file, reads, "--out").ok())
+            return Error{ErrorCode::BadUsage, "is read, and an import may write it anew; expected another output folder", file.string(), 0, 0, "--out"};
     return {};
 }
 

@@ -243,8 +243,8 @@ int judge_replay(const RunOptions& options, const GrantRecord& record, const Tak
 }
 
 /// What the run reads: nothing may be written over it.
-std::vector<std::filesystem::path> files_read(const RunOptions& options, const Scene& scene) {
-    std::vector<std::filesystem::path> files = files_of(scene);
+/// files  of the scene as it was read: a path of the command line takes the place of its own
+std::vector<std::filesystem::path> files_read(const RunOptions& options, std::vector<std::filesystem::path> files) {
     for (const std::filesystem::path& file : {options.path, options.replay})
         if (!file.empty()) files.push_back(file);
     if (!options.resume.empty()) files.push_back(checkpoint_file(options));
@@ -270,8 +270,8 @@ struct Given {
     std::optional<Checkpoint> checkpoint;
 };
 
-Result<Given> read_given(const RunOptions& options, Scene& scene) {
-    const std::vector<std::filesystem::path> reads = files_read(options, scene);
+/// reads  files_read
+Result<Given> read_given(const RunOptions& options, Scene& scene, const std::vector<std::filesystem::path>& reads) {
     if (!options.record_grants.empty()) {
         if (auto fine = check_not_taken(options.record_grants, reads, "--record-grants"); !fine.ok()) return fine.error();
         if (auto fits = check_place(options.record_grants, "--record-grants"); !fits.ok()) return fits.error();
@@ -294,7 +294,8 @@ Result<Given> read_given(const RunOptions& options, Scene& scene) {
     const std::filesystem::path folder = output_folder(options, scene);
     if (auto fits = OutputFolder::check(folder, options.force, reads, keep); !fits.ok()) return fits.error();
     for (const char* name : {output_name::kLock, output_name::kSteps, output_name::kPartialSteps, output_name::kSummary, output_name::kReport,
-                             output_name::kTrace, output_name::kCheckpoint, output_name::kLastGoodState})
+                             output_name::kTrace, output_name::kCheckpoint, output_name::kLastGoodState,
+                             output_name::kRecord, output_name::kFluoro})
         if (!options.record_grants.empty() && is_same_place(options.record_grants, folder / name))
             return Error{ErrorCode::BadUsage, "the run writes another file of this name; expected another one", options.record_grants.string(), 0, 0,
                          "--record-grants"};
@@ -370,9 +371,10 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
 int run(const RunOptions& options) {
     Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
+    const std::vector<std::filesystem::path> reads = files_read(options, files_of(*scene));
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
-    const Result<Given> given = read_given(options, *scene);
+    const Result<Given> given = read_given(options, *scene, reads);
     if (!given.ok()) return report_error(given.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = prepare_to_run(options, *scene, [&](const std::string& what) { progress.show("preparing " + what); });

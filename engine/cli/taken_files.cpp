@@ -8,7 +8,8 @@ bool is_same_place(const std::filesystem::path& one, const std::filesystem::path
         const std::filesystem::path whole = std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
         return whole.has_filename() ? whole : whole.parent_path(); // DIR/ is DIR
     };
-    return place(one) == place(other);
+    const std::filesystem::path here = place(one);
+    return !here.empty() && here == place(other);
 }
 
 Result<void> check_not_taken(const std::filesystem::path& file, std::span<const std::filesystem::path> taken, std::string option) {

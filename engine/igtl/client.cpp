@@ -63,7 +63,7 @@ public:
         read_header();
     }
 
-    [[nodiscard]] bool is_idle() const noexcept override { return !writing_ && answers_.empty() && rest_ns() <= 0; }
+    [[nodiscard]] bool is_idle() const noexcept override { return !seen_ || (!writing_ && answers_.empty() && rest_ns() <= 0); }
     [[nodiscard]] bool wants_spheres() const noexcept override { return false; }
     void show_spheres(bool) noexcept override {}
     [[nodiscard]] bool wants_xray() const noexcept override { return false; }
@@ -71,6 +71,8 @@ public:
     void xray_is_due() override {}
     void frame_is_due() override {
         frame_due_ = true;
+        const bool first = !std::exchange(seen_, true);
+        if (first && early_) move_to(*early_);
         write_next();
     }
 
@@ -173,6 +175,7 @@ private:
                        [&](const viewer::Command& command) {
                            if (std::holds_alternative<viewer::Drive>(command) || std::holds_alternative<viewer::Restart>(command)) drive_ = {};
                            turned_.reset();
+                           early_.reset();
                            submit(command);
                        },
                    },
@@ -194,11 +197,16 @@ private:
 
     void drive(const viewer::Drive& speeds) {
         turned_.reset();
+        early_.reset();
         if (submit(viewer::Command{speeds})) drive_ = speeds;
     }
 
     /// Of all turns with the same matrix the one that is nearest to the last: a handle that is turned on and on goes on and on.
     void move_to(const MoveTo& to) {
+        if (!seen_) { // what is shown is as old as the last visit
+            early_ = to;
+            return;
+        }
         const viewer::Snapshot& shown = bridge_->hub().shown();
         if (!turned_ || run_ != shown.run) turned_ = shown.report.rotation_rad;
         run_ = shown.run;
@@ -224,7 +232,7 @@ private:
     [[nodiscard]] std::int64_t rest_ns() const noexcept { return last_frame_ns_ == 0 ? 0 : last_frame_ns_ + bridge_->interval_ns() - monotonic_ns(); }
 
     void write_next() {
-        if (writing_ || ended_) return;
+        if (writing_ || ended_ || !seen_) return;
         batch_ = std::move(answers_);
         answers_.clear();
         if (std::exchange(scene_due_, false))
@@ -291,10 +299,12 @@ private:
     std::pair<Status, std::string> told_{Status::Ok, ""};
     viewer::Drive drive_;           // speeds that it asked for last
     std::optional<double> turned_;  // rad, that it turned the handle to last
+    std::optional<MoveTo> early_;   // asked for before the first frame
     std::uint64_t run_ = 0;         // in which it did
     std::int64_t last_frame_ns_ = 0;
     unsigned number_ = 0; // 0: not joined
     bool writing_ = false, ended_ = false, frame_due_ = false, scene_due_ = false, status_due_ = false;
+    bool seen_ = false; // the session as it has been since it came
 };
 
 } // namespace

@@ -50,14 +50,20 @@ double cell_for(const Box3& box) {
     return cell;
 }
 
+/// Proven.
+bool crosses_nowhere(const TriMesh& mesh) {
+    const SelfIntersections found = find_self_intersections(mesh, 1);
+    return found.count == 0 && found.complete;
+}
+
 /// As few triangles as the bound on the error allows; where that folds the surface onto itself, what crosses is cut out and closed again.
 /// none  it still crosses itself, or is no longer closed
 std::optional<TriMesh> decimate(const TriMesh& cut, std::size_t triangles, double error) {
     Result<TriMesh> fewer = simplify(cut, triangles, {.max_error = error});
     if (!fewer.ok()) return std::nullopt;
-    if (find_self_intersections(*fewer, 1).count == 0) return std::move(*fewer);
+    if (crosses_nowhere(*fewer)) return std::move(*fewer);
     const Result<RepairStep> mended = apply_repair(*fewer, Repair::DropSelfIntersections);
-    if (!mended.ok() || !check_closed_surface(*fewer).ok() || find_self_intersections(*fewer, 1).count > 0) return std::nullopt;
+    if (!mended.ok() || !check_closed_surface(*fewer).ok() || !crosses_nowhere(*fewer)) return std::nullopt;
     return std::move(*fewer);
 }
 

@@ -1,6 +1,7 @@
 #include "engine/scene/scene.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace trocar::engine {
 namespace {
@@ -48,6 +49,8 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
     for (const SceneBody& body : scene.bodies) {
         add(body.surface.file);
         add(body.coarse.file);
+        for (const auto& [one, other] : {std::pair(".node", ".ele"), std::pair(".ele", ".node")}) // of TetGen, which are read together
+            if (body.coarse.file.extension() == one) add(std::filesystem::path(body.coarse.file).replace_extension(other));
         add(body.spheres);
         for (const HeldRegion& held : body.fixed) add(held.region.file);
         for (const LoadSpec& load : body.loads)

@@ -25,6 +25,7 @@ void force_exact_stage(const SceneModel& model, std::size_t instrument, State& s
     rods.hits.clear();
     const ExactOutcome outcome = find_exact_contacts(model, instrument, state, rods, report, nullptr);
     report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
+    report.unresolved += outcome.unresolved;
     report.exact_forced = true;
     for (const std::size_t one : solved_with(model, rods, instrument)) rods.instruments[one].is_exact = true;
     if (rods.cull) rods.cull->tell(report);

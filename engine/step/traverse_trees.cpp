@@ -102,6 +102,11 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
     if (!live.exact_contact) return;
     const bool is_dropped = (dropped & drop_bit(Droppable::ExactContact)) != 0;
     report.exact_ran = !model.instruments.empty();
+    const unsigned corrections = report.corrections, drive_stops = report.drive_stops;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        InstrumentScratch& own = rods.instruments[i];
+        own.before_exact = {own.command, state.instruments[i].drive_stopped, own.slowed};
+    }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (is_solved_with_another(model, rods, i)) continue;
         const ExactForecast forecast = forecast_exact(model, i, state, rods);
@@ -112,6 +117,7 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
             budget.end_exact(outcome.finished);
             if (outcome.finished) {
                 report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
+                report.unresolved += outcome.unresolved;
                 continue;
             }
             report.exact_abandoned = true;
@@ -119,10 +125,17 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
         report.exact_ran = false;
         rods.hits.clear();
     }
-    if (!report.exact_ran) { // of motions that are solved anew
-        report.exact_contacts = 0;
+    if (!report.exact_ran) { // what was found is of motions that are solved anew, of drives that were not stopped
+        report.exact_contacts = report.unresolved = 0;
+        report.corrections = corrections, report.drive_stops = drive_stops;
         report.safe_fraction = 1.0;
         rods.hits.clear();
+        for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+            InstrumentScratch& own = rods.instruments[i];
+            own.command = own.before_exact.command;
+            own.slowed = own.before_exact.slowed;
+            state.instruments[i].drive_stopped = own.before_exact.drive_stopped;
+        }
     }
     if (rods.cull) rods.cull->tell(report);
 }

@@ -1,5 +1,7 @@
 #include "engine/viewer/client.hpp"
 
+#include <utility>
+
 namespace trocar::engine::viewer {
 
 namespace {
@@ -96,8 +98,7 @@ void Client::write_next() {
     } else if (status_of_ != 0) {
         status_of_ = 0;
         write({std::make_shared<const std::string>(hub_.status_for(number_, plot_cursor_)), false});
-    } else if (xray_due_) {
-        xray_due_ = false;
+    } else if (std::exchange(xray_due_, false) && hub_.xray() != nullptr) {
         write({hub_.xray(), true});
     } else if (frame_due_) {
         frame_due_ = false;

@@ -182,6 +182,7 @@ void Hub::update_wishes() {
             (client->wants_xray() ? xray : surfaces) = true;
         }
     all_see_xray_ = xray && !surfaces;
+    if (!xray) xray_ = nullptr; // it gets old
     exchange_.xray_wanted.store(xray, std::memory_order_relaxed);
     monitor_.show(xray);
     exchange_.spheres.store(spheres, std::memory_order_relaxed);

@@ -148,7 +148,9 @@ private:
     /// The same for the X-ray monitor, which takes the next one when it is ready.
     void show_xray(bool changed) {
         xray_behind_ = xray_behind_ || changed;
-        if (!xray_behind_ || !exchange_.xray_wanted.load(std::memory_order_relaxed) || !exchange_.xray.taken()) return;
+        const bool wanted = exchange_.xray_wanted.load(std::memory_order_relaxed);
+        const bool was_wanted = std::exchange(xray_wanted_, wanted), anew = wanted && !was_wanted; // what was published before is old
+        if (!wanted || (!anew && (!xray_behind_ || !exchange_.xray.taken()))) return;
         update_visible_part(session_.model(), session_.simulator().state(), exchange_.xray.back());
         exchange_.xray.publish();
         xray_behind_ = false;
@@ -164,6 +166,7 @@ private:
     bool begun_;              // steps may be taken
     bool behind_ = true;      // the published snapshot is out of date
     bool xray_behind_ = true; // likewise the monitor's
+    bool xray_wanted_ = false;
     bool answer_due_ = false; // a command was applied, or a viewer has come, after that
     std::uint64_t joined_ = 0; // viewers that had come until then
 };

@@ -46,7 +46,7 @@ struct Exchange {
     Latest<Snapshot> snapshot;
     Latest<State> xray;                    // visible_part, for the X-ray monitor
     std::atomic<bool> xray_wanted{false};  // a viewer shows it
-    std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
+    std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did, or are for one that has joined
     boost::lockfree::spsc_queue<Sealed, boost::lockfree::capacity<kMostSeals>> sealed; // an answer to each Seal, in their order
     std::atomic<unsigned> viewers{0};      // no viewer: nothing is copied
     std::atomic<std::uint64_t> joined{0};  // viewers that have come so far: each one is shown the session as it is then

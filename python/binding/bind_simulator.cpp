@@ -104,7 +104,7 @@ void bind_report(py::module_& module) {
         .def_readonly("contact_force", &StepReport::contact_force_n, "N, sum of the normal forces on walls.")
         .def_readonly("max_contact_force", &StepReport::max_contact_force_n, "N, at one place.")
         .def_readonly("friction_force", &StepReport::friction_force_n, "N, sum of the friction forces on walls.")
-        .def_readonly("exact", &StepReport::exact_ran, "The exact stage answered.")
+        .def_readonly("exact", &StepReport::exact_ran, "The exact stage answered, for every instrument.")
         .def_readonly("contacts", &StepReport::pressing_contacts, "Places where an instrument presses on its wall.")
         .def_readonly("exact_contacts", &StepReport::exact_contacts, "Contacts that continuous tests found, those that a correction removed included.")
         .def_readonly("exits", &StepReport::lumen_exits, "Instrument vertices outside the lumen.")

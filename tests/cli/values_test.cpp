@@ -107,6 +107,7 @@ TEST_F(Values, AnOutputFolderThatHoldsWhatIsReadUnderAnOutputsNameIsRefused) {
         EXPECT_TRUE(refuses(run(scene, {"-n", "1", "--force", "--path", file}), file.string() + ": --out: is read, and lies in " + out().string()));
     const fs::path own = write("own.json", with(kTube, "[[0, 20, 0], [0.2, 26, 0.4]]", "\"out/path.csv\""));
     EXPECT_TRUE(refuses(run(own, {"-n", "1", "--force"}), "path.csv: --out: is read"));
+    EXPECT_TRUE(refuses(run(own, {"-n", "1", "--force", "--path", write("other.csv", rows)}), "path.csv: --out: is read")) << "another path drives";
     for (const char* command : {"run", "plan", "cost", "episode"})
         EXPECT_TRUE(refuses(call({command, plan, "--out", out(), "--force"}), "plan.json: --out: is read")) << command;
     const fs::path mesh = write("tetrahedron.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");

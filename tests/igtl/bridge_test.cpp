@@ -163,37 +163,69 @@ TEST(IgtlBridge, DeformingBodiesComeAsTheyMoveAndOthersOnce) {
     EXPECT_TRUE(client.await("POLYDATA", "stone")) << "all of it again when it is asked for";
 }
 
-/// Nothing is copied while nobody watches: what was copied last is as old as the last visit.
-TEST(IgtlBridge, ANewClientSeesTheSessionAsItIsThen) {
-    const Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
-    const PreparedScene prepared = *make_prepared_scene(scene);
-    viewer::Session session(scene, prepared);
+/// A session that is served, and goes on only when the test says so.
+struct Served {
+    Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
+    PreparedScene prepared = *make_prepared_scene(scene);
+    viewer::Session session{scene, prepared};
     viewer::Exchange exchange;
-    open_exchange(session, exchange);
-    BridgeOptions bridge;
     unsigned short port = 0;
-    bridge.listens = [&](unsigned short at) { port = at; };
-    viewer::ServerOptions options;
-    options.serves_page = false;
-    options.beside = [&](viewer::Hub& hub) { return Bridge::open(hub, prepared.model, bridge); };
-    const auto server = viewer::Server::open(scene, prepared, session, exchange, options);
-    ASSERT_TRUE(server.ok());
+    std::unique_ptr<viewer::Server> server;
     RunStatistics tally;
-    const auto await = [](const auto& good) {
+
+    Served() {
+        open_exchange(session, exchange);
+        BridgeOptions bridge;
+        bridge.listens = [this](unsigned short at) { port = at; };
+        viewer::ServerOptions options;
+        options.serves_page = false;
+        options.beside = [this, bridge](viewer::Hub& hub) { return Bridge::open(hub, prepared.model, bridge); };
+        auto opened = viewer::Server::open(scene, prepared, session, exchange, options);
+        EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().to_string());
+        server = std::move(*opened);
+    }
+    void run(std::uint64_t steps) { viewer::run_loop(session, exchange, {steps, false}, tally); }
+    template <class Good>
+    static bool await(Good&& good) {
         for (const std::int64_t end = monotonic_ns() + kPatienceNs; !good() && monotonic_ns() < end;) std::this_thread::yield();
         return good();
-    };
+    }
+};
+
+/// Nothing is copied while nobody watches: what was copied last is as old as the last visit.
+TEST(IgtlBridge, ANewClientSeesTheSessionAsItIsThen) {
+    Served served;
     for (const std::uint64_t visit : {1, 2}) {
-        viewer::run_loop(session, exchange, {40, false}, tally); // nobody watches
-        Client client(port);
-        ASSERT_TRUE(await([&] { return exchange.joined == visit; }));
-        viewer::run_loop(session, exchange, {1, false}, tally);
+        served.run(40);
+        Client client(served.port);
+        ASSERT_TRUE(Served::await([&] { return served.exchange.joined == visit; }));
+        served.run(1);
         const auto tip = client.await("TRANSFORM", "wire_tip");
         ASSERT_TRUE(tip);
-        EXPECT_NEAR(tip->time_s, session.simulator().state().time, 1e-6) << "its first frame";
+        EXPECT_NEAR(tip->time_s, served.session.simulator().state().time, 1e-6) << "its first frame";
         client.close();
-        ASSERT_TRUE(await([&] { return exchange.viewers == 0; }));
+        ASSERT_TRUE(Served::await([&] { return served.exchange.viewers == 0; }));
     }
+}
+
+/// Of all turns with the same matrix the nearest is meant: to where the handle is, not to where the last one to watch saw it.
+TEST(IgtlBridge, ATransformThatComesFirstIsMeasuredFromWhereTheHandleIsThen) {
+    Served served;
+    served.session.apply(viewer::Drive{0.0, 1.0});
+    for (int k = 0; k < 100 && served.session.simulator().state().instruments[0].rod.rotation < 4.0; ++k) served.run(20);
+    served.session.apply(viewer::Drive{});
+    served.run(1);
+    const fem::RodState& rod = served.session.simulator().state().instruments[0].rod;
+    const double rotation = rod.rotation;
+    ASSERT_GT(rotation, 3.9);
+    Client client(served.port);
+    client.drive_to(1e3 * rod.insertion, rotation);
+    ASSERT_TRUE(Served::await([&] { return served.exchange.joined == 1; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // it is read before there is a frame
+    served.run(1);
+    ASSERT_TRUE(Served::await([&] { return served.exchange.commands.read_available() > 0; }));
+    served.run(150);
+    EXPECT_NEAR(rod.rotation, rotation, 1e-3);
 }
 
 TEST(IgtlBridge, SendsNoMoreFramesThanAskedFor) {

@@ -40,6 +40,8 @@ std::size_t choose_places(const SceneModel& model, std::size_t index, const Stat
 
 bool carry_response(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report, StepBudget& budget) {
     for (const std::size_t one : solved_with(model, rods, index))
+        if (rods.instruments[one].is_met) return false; // its motion is known to touch
+    for (const std::size_t one : solved_with(model, rods, index))
         if (std::abs(state.instruments[one].rod.insertion - rods.instruments[one].rod_t0.insertion) > kCarriedAdvance) return false;
     for (const std::size_t one : solved_with(model, rods, index)) {
         const double radius = model.instruments[one].rod.design.radius;
@@ -49,6 +51,7 @@ bool carry_response(const SceneModel& model, std::size_t index, State& state, Ro
     for (const std::size_t one : solved_with(model, rods, index)) {
         InstrumentState& now = state.instruments[one];
         InstrumentScratch& own = rods.instruments[one];
+        now.kept_inside = false; // not tested
         if (!own.wall_distance.empty()) continue; // an exact stage that was given up has made them
         carry_planes(model, one, state, rods);
         carried += choose_places(model, one, state, rods, budget);
@@ -61,7 +64,6 @@ bool carry_response(const SceneModel& model, std::size_t index, State& state, Ro
         }
         for (fem::RodPlane& plane : now.planes)
             if (own.fresh[slot_of(plane.node, plane.weight)] != 0) plane.force = plane.start_force, plane.drag = plane.start_drag;
-        now.kept_inside = false; // not tested
         for (std::size_t slot = 0; slot < own.fresh.size(); ++slot)
             if (own.fresh[slot] != 0 && own.wall_distance[slot] >= 0.0 && own.wall_distance[slot] < kDeepest * model.instruments[one].rod.design.radius) {
                 own.wall_distance.clear();

@@ -226,8 +226,12 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         report.candidates += candidates;
         outcome.finished = stats.finished;
         outcome.safe_fraction = stats.safe_fraction;
+        for (const std::size_t one : solved_with(model, rods, index)) {
+            bool& is_met = rods.instruments[one].is_met;
+            is_met = rods.hits.size() > known || stats.safe_fraction < 1.0 || (is_met && !stats.finished);
+        }
         if (!stats.finished) return outcome;
-        report.unresolved = stats.unresolved;
+        outcome.unresolved = stats.unresolved;
         report.exact_contacts += rods.hits.size() - known;
         if (rods.hits.size() == known || round == kMaxCorrections) return outcome;
         ++report.corrections;

@@ -53,6 +53,12 @@ struct InstrumentStart {
     std::vector<fem::RodPlane> self_planes;
 };
 
+/// What an exact stage changes beside the rod: put back where its answer is not used.
+struct BeforeExact {
+    DriveCommand command;
+    bool drive_stopped = false, slowed = false;
+};
+
 struct InstrumentScratch {
     fem::RodState rod_t0;
     std::vector<Vec3> skin_t0;
@@ -71,6 +77,8 @@ struct InstrumentScratch {
     DriveCommand command;
     bool is_exact = false; // in this step: the exact stage was forced for it
     bool slowed = false;   // in this step, see keep_within_reach
+    bool is_met = false;   // in this step: the motion that it has is one in which an exact stage found contacts
+    BeforeExact before_exact;
     unsigned iterations = 0; // of all solves of this step
     fem::RodModel thicker; // the rod as it is then, in a thicker fluid
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three

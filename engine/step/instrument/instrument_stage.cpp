@@ -119,7 +119,7 @@ void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) 
         for (auto* planes : {&state.instruments[i].planes, &state.instruments[i].self_planes})
             for (fem::RodPlane& plane : *planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
         rods.instruments[i].self.end();
-        rods.instruments[i].is_exact = rods.instruments[i].slowed = false;
+        rods.instruments[i].is_exact = rods.instruments[i].slowed = rods.instruments[i].is_met = false;
         rods.instruments[i].iterations = 0;
         rods.instruments[i].last_presses = state.instruments[i].presses;
         rods.instruments[i].skin_t0 = state.instruments[i].skin;

@@ -155,6 +155,7 @@ void solve_where_it_stands(const SceneModel& model, std::size_t instrument, Stat
 struct ExactOutcome {
     bool finished = false;      // false: the budget ended first, nothing of it may be used
     double safe_fraction = 1.0; // < 1: contacts remain; the motion is free of touching up to this share
+    std::uint64_t unresolved = 0; // tests of the last round that ended without a verdict
 };
 
 /// For an instrument and the wire in its bore: planes from the wall, the solve, and continuous tests of the skin; contacts that are left

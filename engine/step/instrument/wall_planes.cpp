@@ -168,11 +168,14 @@ std::size_t plane_from_wall(const SceneModel& model, std::size_t index, State& s
             const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1];
             list.clear();
             bool behind = false;
+            Index nearest_id = kNoIndex; // of equally near ones the lowest: whatever the tree's bounds
             nearest = farthest;
             collision::for_each_close_triangle(tree, before, p, farthest, [&](Index id, const PointOnTriangle& on) {
                 const double distance = std::sqrt(on.distance_sq);
-                if (partly && distance < nearest) behind = twice_area(before.topology->triangles[id], before.t1).dot(p - on.point) > 0.0;
-                nearest = std::min(nearest, distance);
+                if (distance < nearest || (distance == nearest && id < nearest_id)) {
+                    nearest = distance, nearest_id = id;
+                    if (partly) behind = twice_area(before.topology->triangles[id], before.t1).dot(p - on.point) > 0.0;
+                }
                 if (!(distance > 0.0)) return farthest;
                 // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                 const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
