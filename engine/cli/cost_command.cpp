@@ -3,7 +3,6 @@
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/experiments/cost_page.hpp"
@@ -12,6 +11,7 @@
 #include "engine/report/floor.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/time/interrupt.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -3,12 +3,12 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/episodes/make_policy.hpp"
 #include "engine/episodes/play.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/time/interrupt.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -2,12 +2,12 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/experiments/plan_files.hpp"
 #include "engine/experiments/plan_scene.hpp"
 #include "engine/prepare/standing_room.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

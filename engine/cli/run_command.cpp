@@ -293,12 +293,12 @@ Result<Given> read_given(const RunOptions& options, Scene& scene, const std::vec
     const char* const keep = given.checkpoint ? output_name::kCheckpoint : nullptr;
     const std::filesystem::path folder = output_folder(options, scene);
     if (auto fits = OutputFolder::check(folder, options.force, reads, keep); !fits.ok()) return fits.error();
+    std::vector<std::filesystem::path> writes;
     for (const char* name : {output_name::kLock, output_name::kSteps, output_name::kPartialSteps, output_name::kSummary, output_name::kReport,
-                             output_name::kTrace, output_name::kCheckpoint, output_name::kLastGoodState,
-                             output_name::kRecord, output_name::kFluoro})
-        if (!options.record_grants.empty() && is_same_place(options.record_grants, folder / name))
-            return Error{ErrorCode::BadUsage, "the run writes another file of this name; expected another one", options.record_grants.string(), 0, 0,
-                         "--record-grants"};
+                             output_name::kTrace, output_name::kCheckpoint, output_name::kLastGoodState, output_name::kRecord, output_name::kFluoro})
+        writes.push_back(folder / name);
+    if (!options.record_grants.empty())
+        if (auto fine = check_not_taken(options.record_grants, writes, "--record-grants"); !fine.ok()) return fine.error();
     return given;
 }
 

@@ -16,7 +16,7 @@ Result<void> check_not_taken(const std::filesystem::path& file, std::span<const 
     for (const std::filesystem::path& other : taken) {
         std::error_code unknown; // a file that is not there yet is like none
         if (std::filesystem::equivalent(file, other, unknown) || is_same_place(file, other))
-            return Error{ErrorCode::BadUsage, file.string() + " is read, or written by another option; another file is wanted", {}, 0, 0,
+            return Error{ErrorCode::BadUsage, file.string() + " is read, or written as something else; expected another file", {}, 0, 0,
                          std::move(option)};
     }
     return {};

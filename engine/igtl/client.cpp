@@ -299,8 +299,8 @@ private:
     std::pair<Status, std::string> told_{Status::Ok, ""};
     viewer::Drive drive_;           // speeds that it asked for last
     std::optional<double> turned_;  // rad, that it turned the handle to last
-    std::optional<MoveTo> early_;   // asked for before the first frame
     std::uint64_t run_ = 0;         // in which it did
+    std::optional<MoveTo> early_;   // asked for before the first frame
     std::int64_t last_frame_ns_ = 0;
     unsigned number_ = 0; // 0: not joined
     bool writing_ = false, ended_ = false, frame_due_ = false, scene_due_ = false, status_due_ = false;

@@ -83,7 +83,7 @@ TEST_F(Values, ARecordIsNotWrittenOverWhatTheRunReads) {
     fs::create_symlink(scene, folder / "link.json");
     for (const fs::path& file : {scene, folder / "link.json", folder / "./tube.json", path}) {
         EXPECT_TRUE(refuses(run(scene, {"-n", "1", "--path", path, "--record-grants", file}),
-                            "--record-grants: " + file.string() + " is read, or written by another option"));
+                            "--record-grants: " + file.string() + " is read, or written as something else"));
         EXPECT_FALSE(fs::exists(out()));
     }
     EXPECT_EQ(text_of(scene), kTube);
@@ -124,11 +124,11 @@ TEST_F(Values, AFilmOrAPageIsNotWrittenOverWhatIsRead) {
     const std::string file = scene.string(), like = write("view.dcm", "a view").string(), list = write("list.txt", "tube.json 2 1e-9\n").string();
     for (const std::string& taken : {file, like})
         EXPECT_TRUE(refuses(call({"film", file, "-n", "1", "--like", like, "--out", taken}),
-                            "--out: " + taken + " is read, or written by another option"));
+                            "--out: " + taken + " is read, or written as something else"));
     ASSERT_TRUE(ended_with(call({"verify", list, "--write-references"}), 0));
     for (const std::string& page : {list, file, (folder / "references/tube.json.gz").string()}) {
         const std::string before = text_of(page);
-        EXPECT_TRUE(refuses(call({"verify", list, "--page", page}), "--page: " + page + " is read, or written by another option"));
+        EXPECT_TRUE(refuses(call({"verify", list, "--page", page}), "--page: " + page + " is read, or written as something else"));
         EXPECT_EQ(text_of(page), before);
     }
     EXPECT_EQ(text_of(scene), kTube);

@@ -194,6 +194,42 @@ TEST(Deadline, AnInstrumentWhoseExactStageIsForcedLeavesTheOthersTheirAnswer) {
     }
 }
 
+/// Of two instruments, on a clock that leaps past the deadline wherever in a step: what an exact stage found and did for an answer that is not used is neither
+/// told nor left, and a motion that is known to touch is not carried on.
+TEST(Deadline, AnExactAnswerThatIsGivenUpLeavesNothing) {
+    const PreparedScene prepared = test::prepare(two_tubes("exact", true));
+    std::uint64_t given_up = 0, in_vain = 0;
+    for (const unsigned seed : {4711u, 4712u, 4713u}) {
+        test::Random random(seed);
+        TickingClock clock(0.1e-6);
+        Simulator simulator(prepared.model, clock, wall(1e-3));
+        for (int k = 0; k < 400; ++k) {
+            SCOPED_TRACE(fmt::format("seed {}, step {}", seed, k));
+            if (k % 3 == 2) clock.leap(static_cast<std::uint64_t>(random.between(1.0, 60.0)), 2e-3);
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            if (report.exact_ran || report.exact_forced) continue;
+            EXPECT_EQ(report.exact_contacts, 0u);
+            EXPECT_EQ(report.unresolved, 0u);
+            EXPECT_EQ(report.corrections, 0u);
+            EXPECT_EQ(report.drive_stops, 0u);
+            EXPECT_EQ(report.safe_fraction, 1.0);
+            const std::vector<InstrumentScratch>& instruments = ScratchView::of(simulator).rods.instruments;
+            unsigned met = 0;
+            for (std::size_t i = 0; i < instruments.size(); ++i) {
+                met += instruments[i].is_met;
+                EXPECT_FALSE(simulator.state().instruments[i].drive_stopped) << i;
+            }
+            EXPECT_LE(report.carried_instruments, instruments.size() - met);
+            given_up += report.exact_abandoned;
+            in_vain += met > 0;
+        }
+    }
+    std::printf("given up in %llu steps; in %llu with contacts left\n", static_cast<unsigned long long>(given_up), static_cast<unsigned long long>(in_vain));
+    EXPECT_GT(given_up, 8u);
+    EXPECT_GT(in_vain, 4u);
+}
+
 TEST(Deadline, AClockThatLeapsByAnHourInAStepCostsThatStepAlone) {
     bool missed = false;
     for (const std::uint64_t reading : {2u, 6u, 15u}) { // wherever in the step

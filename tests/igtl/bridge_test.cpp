@@ -163,68 +163,39 @@ TEST(IgtlBridge, DeformingBodiesComeAsTheyMoveAndOthersOnce) {
     EXPECT_TRUE(client.await("POLYDATA", "stone")) << "all of it again when it is asked for";
 }
 
-/// A session that is served, and goes on only when the test says so.
-struct Served {
-    Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
-    PreparedScene prepared = *make_prepared_scene(scene);
-    viewer::Session session{scene, prepared};
-    viewer::Exchange exchange;
-    unsigned short port = 0;
-    std::unique_ptr<viewer::Server> server;
-    RunStatistics tally;
-
-    Served() {
-        open_exchange(session, exchange);
-        BridgeOptions bridge;
-        bridge.listens = [this](unsigned short at) { port = at; };
-        viewer::ServerOptions options;
-        options.serves_page = false;
-        options.beside = [this, bridge](viewer::Hub& hub) { return Bridge::open(hub, prepared.model, bridge); };
-        auto opened = viewer::Server::open(scene, prepared, session, exchange, options);
-        EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().to_string());
-        server = std::move(*opened);
-    }
-    void run(std::uint64_t steps) { viewer::run_loop(session, exchange, {steps, false}, tally); }
-    template <class Good>
-    static bool await(Good&& good) {
-        for (const std::int64_t end = monotonic_ns() + kPatienceNs; !good() && monotonic_ns() < end;) std::this_thread::yield();
-        return good();
-    }
-};
-
 /// Nothing is copied while nobody watches: what was copied last is as old as the last visit.
 TEST(IgtlBridge, ANewClientSeesTheSessionAsItIsThen) {
-    Served served;
+    Live live(engine::test::bent_tube_scene({35, "work:20000"}), 60.0, false);
     for (const std::uint64_t visit : {1, 2}) {
-        served.run(40);
-        Client client(served.port);
-        ASSERT_TRUE(Served::await([&] { return served.exchange.joined == visit; }));
-        served.run(1);
+        live.run(40);
+        Client client(live);
+        ASSERT_TRUE(await([&] { return live.exchange.joined == visit; }));
+        live.run(1);
         const auto tip = client.await("TRANSFORM", "wire_tip");
         ASSERT_TRUE(tip);
-        EXPECT_NEAR(tip->time_s, served.session.simulator().state().time, 1e-6) << "its first frame";
+        EXPECT_NEAR(tip->time_s, live.session->simulator().state().time, 1e-6) << "its first frame";
         client.close();
-        ASSERT_TRUE(Served::await([&] { return served.exchange.viewers == 0; }));
+        ASSERT_TRUE(await([&] { return live.exchange.viewers == 0; }));
     }
 }
 
 /// Of all turns with the same matrix the nearest is meant: to where the handle is, not to where the last one to watch saw it.
 TEST(IgtlBridge, ATransformThatComesFirstIsMeasuredFromWhereTheHandleIsThen) {
-    Served served;
-    served.session.apply(viewer::Drive{0.0, 1.0});
-    for (int k = 0; k < 100 && served.session.simulator().state().instruments[0].rod.rotation < 4.0; ++k) served.run(20);
-    served.session.apply(viewer::Drive{});
-    served.run(1);
-    const fem::RodState& rod = served.session.simulator().state().instruments[0].rod;
+    Live live(engine::test::bent_tube_scene({35, "work:20000"}), 60.0, false);
+    live.session->apply(viewer::Drive{0.0, 1.0});
+    for (int k = 0; k < 100 && live.session->simulator().state().instruments[0].rod.rotation < 4.0; ++k) live.run(20);
+    live.session->apply(viewer::Drive{});
+    live.run(1);
+    const fem::RodState& rod = live.session->simulator().state().instruments[0].rod;
     const double rotation = rod.rotation;
     ASSERT_GT(rotation, 3.9);
-    Client client(served.port);
+    Client client(live);
     client.drive_to(1e3 * rod.insertion, rotation);
-    ASSERT_TRUE(Served::await([&] { return served.exchange.joined == 1; }));
+    ASSERT_TRUE(await([&] { return live.exchange.joined == 1; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(50)); // it is read before there is a frame
-    served.run(1);
-    ASSERT_TRUE(Served::await([&] { return served.exchange.commands.read_available() > 0; }));
-    served.run(150);
+    live.run(1);
+    ASSERT_TRUE(await([&] { return live.exchange.commands.read_available() > 0; }));
+    live.run(150);
     EXPECT_NEAR(rod.rotation, rotation, 1e-3);
 }
 

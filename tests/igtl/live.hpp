@@ -29,6 +29,13 @@ namespace trocar::engine::igtl::test {
 inline constexpr std::int64_t kPatienceNs = 60'000'000'000; // far more than anything takes, also on a busy machine
 inline constexpr int kPatienceMs = 60'000;
 
+/// False: it was not so in time.
+template <class Good>
+bool await(Good&& good) {
+    for (const std::int64_t end = monotonic_ns() + kPatienceNs; !good() && monotonic_ns() < end;) std::this_thread::yield();
+    return good();
+}
+
 /// A wire in a bent tube, without a page, until it goes out of scope.
 struct Live {
     Scene scene;
@@ -43,7 +50,8 @@ struct Live {
     std::mutex guard;
     std::vector<std::string> said_; // by the bridge
 
-    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), double rate = 60.0) {
+    /// runs  at once; else the session goes on where run() says so
+    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), double rate = 60.0, bool runs = true) {
         auto read = parse_scene(text, "scenes/live.json");
         EXPECT_TRUE(read.ok()) << (read.ok() ? "" : read.error().to_string());
         scene = std::move(*read);
@@ -63,8 +71,9 @@ struct Live {
         auto opened = viewer::Server::open(scene, prepared, *session, exchange, serves);
         EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.error().to_string());
         server = std::move(*opened);
-        thread = std::thread([this] { run_loop(*session, exchange, options, tally); });
+        if (runs) thread = std::thread([this] { run_loop(*session, exchange, options, tally); });
     }
+    void run(std::uint64_t steps) { run_loop(*session, exchange, {steps, false}, tally); }
     /// The simulation ends, and with it the clients; the session stays.
     void stop() {
         exchange.stop = true;
@@ -88,10 +97,9 @@ struct Message {
 /// The library's own client. Reads when asked to.
 class Client {
 public:
-    explicit Client(const Live& live) : Client(live.port) {}
-    explicit Client(unsigned short port) : socket_(::igtl::ClientSocket::New()) {
+    explicit Client(const Live& live) : socket_(::igtl::ClientSocket::New()) {
         std::signal(SIGPIPE, SIG_IGN); // a connection that the server ended is no reason to die
-        EXPECT_EQ(socket_->ConnectToServer("127.0.0.1", port), 0);
+        EXPECT_EQ(socket_->ConnectToServer("127.0.0.1", live.port), 0);
         socket_->SetReceiveTimeout(kPatienceMs);
     }
     ~Client() { close(); }

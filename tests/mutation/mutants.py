@@ -201,6 +201,8 @@ MUTANTS = [
            "SolidLaws.WhatTouches*"),
     Mutant("list-ends-early", "the search for planes leaves out what the wall's motion brings near", "engine/step/instrument/wall_planes.cpp",
            "return list.full_within() + wall_way;", "return list.full_within() - wall_way;", "engine", "PlaneReach.OfAFine*"),
+    Mutant("met-carried", "a motion in which the exact stage left contacts is carried on", "engine/step/instrument/carry_response.cpp",
+           "if (rods.instruments[one].is_met) return false;", "(void)one;", "engine", "Deadline.AnExact*"),
     Mutant("failure-remembered", "what effects remember goes on in a step that fails", "engine/step/stages.cpp",
            "    state.effects = bodies.effects_t0;\n", "", "engine", "Stop.AStep*"),
     Mutant("hold-of-one-node", "the handle of a mass-spring chain feels its last node alone", "fem/rod/mass_spring.cpp",

@@ -77,7 +77,7 @@ struct InstrumentScratch {
     DriveCommand command;
     bool is_exact = false; // in this step: the exact stage was forced for it
     bool slowed = false;   // in this step, see keep_within_reach
-    bool is_met = false;   // in this step: the motion that it has is one in which an exact stage found contacts
+    bool is_met = false;   // in this step: an exact stage ended with contacts left, and its motion is no answer
     BeforeExact before_exact;
     unsigned iterations = 0; // of all solves of this step
     fem::RodModel thicker; // the rod as it is then, in a thicker fluid

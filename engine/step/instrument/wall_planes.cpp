@@ -20,7 +20,6 @@ namespace {
 constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
 /// m; what the distances of a search may be off by.
 constexpr double kRounding = 1e-12;
-
 /// Cosine; where what is near looks farther aside than this of the nearest, the lumen may be narrow.
 constexpr double kSideways = 0.5;
 
